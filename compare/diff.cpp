@@ -12,7 +12,7 @@
 
 #include "compare/result/fit_keys.hpp"
 #include "compare/result/tables.hpp"
-#include "report/json_file.hpp"
+#include "compare/result_file.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
@@ -52,35 +52,18 @@ class Quantities : NotCopyable {
   std::unordered_map<std::string_view, const Quantity*> by_name_;
 };
 
-/// The file of a result, and its content.
-struct ResultFile {
-  std::filesystem::path file;
-  ReadJson json;
+[[noreturn]] void fail(const ResultFile& result, const std::string& key, const ReadJson& value,
+                       const char* what) {
+  throw UserError(ExitCode::input, result.file.string(),
+                  fmt::format("{} is {}, {} is expected", key, value.type_name(), what),
+                  "give a result.json as cosim, compare or measure wrote it");
+}
 
-  [[noreturn]] void fail(const std::string& key, const ReadJson& value, const char* what) const {
-    throw UserError(ExitCode::input, file.string(),
-                    fmt::format("{} is {}, {} is expected", key, value.type_name(), what),
-                    "give a result.json as cosim, compare or measure wrote it");
-  }
-  /// The text under a key of a row, "?" where there is none.
-  std::string text(const ReadJson& row, const char* key) const {
-    if (!row.contains(key) || row[key].is_null()) return "?";
-    if (!row[key].is_string()) fail(key, row[key], "a text");
-    return plain_text(row[key].get<std::string>());
-  }
-};
-
-ResultFile load(const std::filesystem::path& path) {
-  const std::filesystem::path file = std::filesystem::is_directory(path) ? path / "result.json" : path;
-  ResultFile result{file,
-                    report::read_json_file(
-                        file, {.what = "result", .hint = "give the folder of a run, or its result.json"})};
-  const ReadJson& json = result.json;
-  if (!json.is_object() || !json.contains("schema") || json["schema"] != "fringetwin-result/1")
-    throw UserError(ExitCode::input, file.string(),
-                    "this is no fringetwin result (schema fringetwin-result/1)",
-                    "give a result.json of cosim, compare or measure");
-  return result;
+/// The text under a key of a row, "?" where there is none.
+std::string text_in(const ResultFile& result, const ReadJson& row, const char* key) {
+  if (!row.contains(key) || row[key].is_null()) return "?";
+  if (!row[key].is_string()) fail(result, key, row[key], "a text");
+  return plain_text(row[key].get<std::string>());
 }
 
 /// Collects the numbers of a result.
@@ -105,9 +88,9 @@ class Collector {
 
  private:
   const ReadJson& rows_of(const std::string& key, const ReadJson& rows) const {
-    if (!rows.is_array()) result_.fail(key, rows, "a list of rows");
+    if (!rows.is_array()) fail(result_, key, rows, "a list of rows");
     for (const ReadJson& row : rows)
-      if (!row.is_object()) result_.fail("a row of " + key, row, "a table");
+      if (!row.is_object()) fail(result_, "a row of " + key, row, "a table");
     return rows;
   }
 
@@ -124,7 +107,7 @@ class Collector {
       out_.push_back(q);
     }
     if (value.is_number() || value.is_null()) return;
-    if (!value.is_array()) result_.fail(of.name, value, "a number");
+    if (!value.is_array()) fail(result_, of.name, value, "a number");
     for (std::size_t i = 0; i < value.size(); ++i) {
       q.name = fmt::format("{}[{}]", of.name, i);
       if (!of.sigma.empty()) q.sigma = fmt::format("{}[{}]", of.sigma, i);
@@ -141,7 +124,7 @@ class Collector {
       if (value.is_string()) name += " " + plain_text(value.get<std::string>());
       if (!value.is_array()) continue;
       for (const ReadJson& part : value) {
-        if (!part.is_string()) result_.fail("a part of " + field.key, part, "a text");
+        if (!part.is_string()) fail(result_, "a part of " + field.key, part, "a text");
         name += " " + plain_text(part.get<std::string>());
       }
     }
@@ -176,11 +159,11 @@ class Collector {
 
   /// Adds the numbers of a fit, which stand in maps, on four sides.
   void add_fit(const ReadJson& row) {
-    const std::string object = result_.text(row, "object");
+    const std::string object = text_in(result_, row, "object");
     check_name(object);
     for (const char* side : {"measured", "simulated", "real", "difference"}) {
       if (!row.contains(side) || row[side].is_null()) continue;
-      if (!row[side].is_object()) result_.fail(side, row[side], "a table");
+      if (!row[side].is_object()) fail(result_, side, row[side], "a table");
       const std::string prefix = fmt::format("fit {} {} ", object, side);
       for (const auto& [key, value] : row[side].items()) {
         if (key == "warning") continue;
@@ -235,7 +218,7 @@ std::string line(const std::string& name, std::size_t width, double a, double b,
 }  // namespace
 
 std::string diff_results(const std::filesystem::path& a, const std::filesystem::path& b) {
-  const ResultFile file_a = load(a), file_b = load(b);
+  const ResultFile file_a = read_result_file(a), file_b = read_result_file(b);
   const Quantities qa(Collector(file_a).collect()), qb(Collector(file_b).collect());
   std::size_t width = 10;
   for (const Quantity& q : qa.list()) width = std::max(width, std::min(q.name.size(), kWidestName));
@@ -264,8 +247,8 @@ std::string diff_results(const std::filesystem::path& a, const std::filesystem::
         "\nA and B read {} image files in common: what is made from them shares their errors, so no z is "
         "given there.\n",
         common_images);
-  out += fmt::format("\nverdict: A {}, B {}\n", file_a.text(file_a.json, "verdict"),
-                     file_b.text(file_b.json, "verdict"));
+  out += fmt::format("\nverdict: A {}, B {}\n", text_in(file_a, file_a.json, "verdict"),
+                     text_in(file_b, file_b.json, "verdict"));
   return out + only;
 }
 

@@ -233,6 +233,37 @@ TEST(CommandLine, AFolderStandsForItsTwin) {
                  {(dir / "twin.toml").string(), "radius_mm"});
 }
 
+TEST(Export, WritesTheTablesOfAResult) {
+  const auto dir = scratch_folder("export");
+  write_file(dir / "result.json",
+             R"({"schema": "fringetwin-result/1", "fits": [{"object": "ball", "radius_mm": 20.5}]})");
+  const RunResult run = run_fringetwin({"export", dir.string(), "--out", (dir / "tables").string()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, (dir / "tables" / "fits.csv").string() + "\n");
+  EXPECT_EQ(read_file(dir / "tables" / "fits.csv"), "object,radius_mm\r\nball,20.5\r\n");
+  expect_refused(run_fringetwin({"export", (dir / "none").string(), "--out", (dir / "never").string()}), 3,
+                 {"none", "give the folder of a run, or its result.json"});
+  EXPECT_FALSE(fs::exists(dir / "never"));
+}
+
+// The program that shows pages is one of ours here: it writes down what it was given.
+TEST(Open, ShowsThePageOfARun) {
+  const auto dir = scratch_folder("open");
+  fs::create_directories(dir / "bin");
+  write_file(dir / "report.html", "<html></html>");
+  write_file(dir / "bin" / "xdg-open", "#!/bin/sh\necho \"$1\" >\"$0.seen\"\n");
+  fs::permissions(dir / "bin" / "xdg-open", fs::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  ASSERT_EQ(setenv("PATH", ((dir / "bin").string() + ":" + path).c_str(), 1), 0);
+  const RunResult shown = run_fringetwin({"open", dir.string()});
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_EQ(shown.out, (dir / "report.html").string() + "\n");
+  EXPECT_EQ(read_file(dir / "bin" / "xdg-open.seen"), shown.out);
+  fs::remove(dir / "report.html");
+  expect_refused(run_fringetwin({"open", dir.string()}), 3, {"report.html: there is no such page"});
+}
+
 TEST(Options, QuietBeforeAndAfterTheSubcommand) {
   FT_NEED_DEVICE();
   const auto dir = scratch_folder("quiet");

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adds the commands `export`, which writes the tables of a result as CSV, and `open`, which shows its page.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "cli/commands.hpp"
+#include "cli/option_groups.hpp"
+#include "compare/result_csv.hpp"
+#include "report/process.hpp"
+#include "twin/base/errors.hpp"
+#include "twin/base/out_folder.hpp"
+#include "twin/base/plain_text.hpp"
+#include "twin/image/image_io.hpp"
+
+namespace fringetwin::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportCommand {
+  std::string run, out;
+};
+
+int run_export(const ExportCommand& o) {
+  check_out_folder(o.out);
+  const std::vector<compare::CsvTable> tables = compare::result_tables_of(o.run);
+  begin_output(o.out, {});
+  for (const compare::CsvTable& table : tables) {
+    const fs::path file = fs::path(o.out) / (table.name + ".csv");
+    write_text_file(file, table.text);
+    fmt::print("{}\n", plain_text(file.string()));
+  }
+  return 0;
+}
+
+/// Returns the page of a run's folder, or the page itself.
+fs::path page_of(const fs::path& run) {
+  if (!fs::is_directory(run)) return run;
+  for (const char* name : {"report.html", "index.html"})
+    if (fs::exists(run / name)) return run / name;
+  return run / "report.html";
+}
+
+int run_open(const std::string& run) {
+  const fs::path page = fs::absolute(page_of(run));
+  if (!fs::is_regular_file(page) || page.extension() != ".html")
+    throw UserError(ExitCode::input, page.string(), "there is no such page",
+                    "give the folder that a run wrote into, or a page (.html)");
+  fmt::print("{}\n", plain_text(page.string()));
+  const auto opened = report::run_process({"xdg-open", page.string()}, "");
+  if (!opened || opened->status != 0)
+    throw UserError(ExitCode::input, "xdg-open",
+                    opened ? "found no program for pages" : "cannot be started (package xdg-utils)",
+                    "open the page that is named above in a browser");
+  return 0;
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Invocation& invocation) {
+  auto options = std::make_shared<ExportCommand>();
+  CLI::App* sub = app.add_subcommand("export", "The tables of a result as CSV files, one per table");
+  sub->add_option("run", options->run, "Folder of a run, or its result.json")->type_name("RUN")->required();
+  begin_group(*sub, kOutput);
+  sub->add_option("--out", options->out, "Folder for the tables (fits.csv, gain.csv, explained.csv ...)")
+      ->type_name("DIR")
+      ->required();
+  run_when_chosen(*sub, invocation, options, run_export);
+}
+
+void add_open(CLI::App& app, Invocation& invocation) {
+  auto run = std::make_shared<std::string>();
+  CLI::App* sub = app.add_subcommand("open", "Shows the page of a run in the browser");
+  sub->add_option("run", *run, "Folder of a run, or a page (.html)")->type_name("RUN")->required();
+  run_when_chosen(*sub, invocation, run, run_open);
+}
+
+}  // namespace fringetwin::cli
