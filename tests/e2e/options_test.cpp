@@ -253,10 +253,8 @@ TEST(Open, ShowsThePageOfARun) {
   write_file(dir / "report.html", "<html></html>");
   write_file(dir / "bin" / "xdg-open", "#!/bin/sh\necho \"$1\" >\"$0.seen\"\n");
   fs::permissions(dir / "bin" / "xdg-open", fs::perms::owner_all);
-  const std::string path = std::getenv("PATH");
-  ASSERT_EQ(setenv("PATH", ((dir / "bin").string() + ":" + path).c_str(), 1), 0);
-  const RunResult shown = run_fringetwin({"open", dir.string()});
-  setenv("PATH", path.c_str(), 1);
+  const RunResult shown =
+      run_fringetwin({"open", dir.string()}, {"PATH=" + (dir / "bin").string() + ":" + std::getenv("PATH")});
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_EQ(shown.out, (dir / "report.html").string() + "\n");
   EXPECT_EQ(read_file(dir / "bin" / "xdg-open.seen"), shown.out);
