@@ -17,6 +17,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
 #include "twin/base/plain_text.hpp"
+#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::compare {
 namespace {
