@@ -12,15 +12,15 @@ struct Term {
   std::string_view word, meaning;
 };
 
-/// By rising alphabet, Greek letters where their names stand. The formulas are in docs/METRICS.md.
+/// Greek letters stand where their names do. The formulas are in docs/METRICS.md.
 constexpr Term kTerms[] = {
     {"beyond Huber", "share of the values so far off that they count less in the fit"},
     {"budget too wide",
      "what was expected is so much larger than what was observed that agreement would prove little"},
-    {"χ² of regions",
-     "the same as χ² of values of means over regions: it sees errors that are smaller than a pixel's noise"},
     {"χ² of values",
      "mean square of the differences over their expected variance: 1 where the twin explains them"},
+    {"χ² of regions",
+     "the same of means over regions, where noise averages out: it sees errors smaller than a pixel's noise"},
     {"covered", "share of the pixels that either side measured which both measured"},
     {"explained",
      "the differences are no larger than noise, rendering and calibration, which are known, make them"},
