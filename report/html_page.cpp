@@ -3,7 +3,7 @@
 
 #include <kainjow/mustache.hpp>
 
-#include "report/glossary.hpp"
+#include "report/glossary/terms.hpp"
 #include "report/page_template.hpp"
 #include "report/text.hpp"
 
@@ -25,6 +25,24 @@ std::string rendered(const char* page, const mustache::data& data) {
   mustache::mustache page_template(page);
   page_template.set_custom_escape(escape_html);
   return page_template.render(data);
+}
+
+/// Returns the words of the glossary that occur in this HTML, with their meanings, as a list that opens when
+/// clicked; empty where none does.
+std::string glossary_html(const std::string& page_html) {
+  std::string list;
+  for (const auto& [word, meaning] : glossary()) {
+    // as a cell, a head or a letter of a formula that stands by itself
+    const std::string text = escape_html(std::string(word));
+    const auto occurs = [&](const char* before, const char* after) {
+      return page_html.find(before + text + after) != std::string::npos;
+    };
+    if (occurs(">", "<") || occurs(" ", " ") || occurs(" ", "<"))
+      list += "<dt>" + text + "</dt><dd>" + escape_html(std::string(meaning)) + "</dd>";
+  }
+  return list.empty() ? ""
+                      : "<details class=\"words\"><summary>Words on this page</summary><dl>" + list +
+                            "</dl></details>";
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/table.hpp"
 
-#include "report/glossary.hpp"
+#include "report/glossary/terms.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 

@@ -44,6 +44,7 @@ Twin rich_twin() {
   twin.cameras.push_back({"left", pinhole, Pose{}, Sensor{}, std::nullopt});
   twin.cameras.push_back({"right", pinhole, turned, Sensor{}, std::nullopt});
   twin.cameras[1].vignetting = {Vignetting::Kind::polynomial, {-0.1, 0.02, 0.0}, {0.01, -0.02}};
+  twin.cameras[1].sensor.response = knee_response(120.0, 0.8);
   Projector projector{.lens = opencv, .T_proj_world = turned, .response = {}};
   projector.blur_px = 1.5;
   projector.response.kind = ProjectorResponse::Kind::gamma;
@@ -115,6 +116,9 @@ Numbers numbers_of(const Twin& twin) {
       out[fmt::format("{}.image_{}.exposure", c.name, i)] = factor_of(c.exposure_factors, i);
     for (std::size_t i = 0; i < 3; ++i) out[fmt::format("{}.a{}", c.name, i + 1)] = c.vignetting.a[i];
     for (std::size_t i = 0; i < 2; ++i) out[c.name + ".tilt." + "xy"[i]] = c.vignetting.tilt[i];
+    const CameraResponse& response = c.sensor.response;
+    out[c.name + ".knee_dn"] = response.straight() ? 0.0 : response.corners[0].in_dn;
+    out[c.name + ".slope"] = response.last_slope;
   }
   const Projector& p = *twin.projector;
   put(out, "projector.lens", p.lens);
@@ -215,6 +219,8 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"left.vignetting_tilt.x", "left.tilt.x"},
       {"right.vignetting_tilt.y", "right.tilt.y"},
       {"left.vignetting.a1", "left.a1"},
+      {"right.response.slope", "right.slope"},
+      {"right.response.knee_dn", "right.knee_dn"},
       {"ball.diffuse", "ball.diffuse"},
       {"part.diffuse", "part.diffuse"},
       {"bounces", "bounces"},

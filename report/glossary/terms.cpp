@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/glossary.hpp"
+#include "report/glossary/terms.hpp"
 
 #include <algorithm>
-
-#include "report/text.hpp"
+#include <iterator>
 
 namespace fringetwin::report {
 namespace {
-
-struct Term {
-  std::string_view word, meaning;
-};
 
 /// Greek letters stand where their names do. The formulas are in docs/METRICS.md.
 constexpr Term kTerms[] = {
@@ -36,25 +31,11 @@ constexpr Term kTerms[] = {
 
 }  // namespace
 
+std::span<const Term> glossary() { return kTerms; }
+
 std::string_view meaning_of(std::string_view word) {
   const auto* term = std::ranges::find(kTerms, word, &Term::word);
   return term == std::end(kTerms) ? std::string_view{} : term->meaning;
-}
-
-std::string glossary_html(const std::string& page_html) {
-  std::string list;
-  for (const auto& [word, meaning] : kTerms) {
-    // as a cell, a head or a letter of a formula that stands by itself
-    const std::string text = escape_html(std::string(word));
-    const auto occurs = [&](const char* before, const char* after) {
-      return page_html.find(before + text + after) != std::string::npos;
-    };
-    if (occurs(">", "<") || occurs(" ", " ") || occurs(" ", "<"))
-      list += "<dt>" + text + "</dt><dd>" + escape_html(std::string(meaning)) + "</dd>";
-  }
-  return list.empty() ? ""
-                      : "<details class=\"words\"><summary>Words on this page</summary><dl>" + list +
-                            "</dl></details>";
 }
 
 }  // namespace fringetwin::report

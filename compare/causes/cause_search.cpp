@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/causes.hpp"
+#include "compare/causes/cause_search.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
 
-#include "compare/causes/cause_search.hpp"
+#include "compare/causes/causes.hpp"
 
 namespace fringetwin::compare {
 namespace {
