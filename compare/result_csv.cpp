@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "compare/result_file.hpp"
+#include "report/text.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -21,17 +22,14 @@ bool is_list_of_rows(const Json& value) {
          std::ranges::all_of(value, [](const Json& row) { return row.is_object(); });
 }
 
-/// A cell as RFC 4180 has it. A text that a spreadsheet would run as a formula stays a text.
+/// A text that a spreadsheet would run as a formula stays a text.
 std::string cell(const Json& value) {
   if (value.is_null()) return "";
   if (!value.is_string()) return value.dump();
   std::string text = value.get<std::string>();
   if (!text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos)
     text.insert(0, 1, '\'');
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
+  return report::csv_cell(text);
 }
 
 class Tables {

@@ -111,6 +111,16 @@ std::string count(unsigned long long n) {
   return digits;
 }
 
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of("\",\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c;
+  }
+  return out + '"';
+}
+
 std::string shell_command(const std::vector<std::string>& argv) {
   std::string line;
   for (const std::string& word : argv) {

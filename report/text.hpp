@@ -29,6 +29,9 @@ std::string with_sigma(double value, double sigma);
 /// Thousands apart by thin spaces: "1 555 200".
 std::string count(unsigned long long n);
 
+/// A text as a cell of CSV (RFC 4180): in quotes where it has commas, quotes or line breaks.
+std::string csv_cell(const std::string& text);
+
 /// An argv as one line that a POSIX shell reads back as the same words.
 std::string shell_command(const std::vector<std::string>& argv);
 

@@ -2,19 +2,18 @@
 // Knees of two cameras, planted into gray values with noise that the double-precision reference's light
 // makes, are found by the fit that `--refine camera_knee` and the search for causes make.
 //
-// | check             | tolerance | origin |
-// |-------------------|-----------|---------------------------------------------------------------------------|
-// | planted value     | 3 sigma   | required; six numbers, normal: one seed in 62 | | sigma of a place  | 1
-// DN      | 0.3 DN of noise, 46,080 values, a bend of 5 % and more: 0.3 DN            | | sigma of a slope  |
-// 2e-3      | the same over 100 DN: 0.3/100/sqrt(5000)                                  | | chi2 | 1.02 |
-// 46,080 values: sqrt(2/n) = 0.0066                                         |
-#include "compare/causes/camera_knee.hpp"
-
+// | check            | tolerance | origin                                                            |
+// |------------------|-----------|-------------------------------------------------------------------|
+// | planted value    | 3 sigma   | required; six numbers, normal: one seed in 62                     |
+// | sigma of a place | 1 DN      | 0.3 DN of noise, 46,080 values, a bend of 5 % and more: 0.3 DN    |
+// | sigma of a slope | 2e-3      | the same over 100 DN: 0.3/100/sqrt(5000)                          |
+// | chi2             | 1.02      | 46,080 values: sqrt(2/n) = 0.0066                                 |
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "compare/causes/camera_curves.hpp"
 #include "compare/causes/group_fit.hpp"
 #include "compare/causes/parameters.hpp"
 #include "tests/support/compare/planted_samples.hpp"
@@ -65,6 +64,15 @@ void expect_knee(const GroupFit& fit, const std::string& camera, const Knee& pla
   EXPECT_LT(slope.sigma, 2e-3);
 }
 
+/// Fits until it rests, and holds the knees of both cameras against those that were planted.
+void expect_knees(GroupFit& fit, const Knee& left, const Knee& right) {
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_LT(fit.chi2(), 1.02);
+  expect_knee(fit, "left", left);
+  expect_knee(fit, "right", right);
+}
+
 /// Returns what lies between a part of the window's gray values and the others; the light of the reference.
 double level_dn(const Images& light, std::size_t camera, double part) {
   std::vector<float> all;
@@ -80,11 +88,7 @@ TEST(CameraKnee, KneesAreRefinedBack) {
   const std::vector<CameraImages> frames = frames_of(light);
   Sensitivity sensitivity(testing::needed_renderer(), bent(light, left, right, frames));
   GroupFit fit(sensitivity, twin, parameters_of(twin, "camera_knee"), {.exact = true});
-  fit.run();
-  EXPECT_TRUE(fit.converged());
-  EXPECT_LT(fit.chi2(), 1.02);
-  expect_knee(fit, "left", left);
-  expect_knee(fit, "right", right);
+  expect_knees(fit, left, right);
   const CameraResponse response = fit.twin().cameras[1].sensor.response;
   ASSERT_EQ(response.corners.size(), 1u);
   EXPECT_DOUBLE_EQ(response.corners[0].in_dn, known_of(fit, "right.response.knee_dn").value);
@@ -108,11 +112,7 @@ TEST(CameraKnee, BesidesLightThatFlickers) {
   std::vector<Parameter> parameters = parameters_of(twin, "camera_knee");
   for (Parameter& p : parameters_of(twin, "light")) parameters.push_back(std::move(p));
   GroupFit fit(sensitivity, twin, parameters, {.exact = true});
-  fit.run();
-  EXPECT_TRUE(fit.converged());
-  EXPECT_LT(fit.chi2(), 1.02);
-  expect_knee(fit, "left", left);
-  expect_knee(fit, "right", right);
+  expect_knees(fit, left, right);
   double mean = 0.0;
   for (const double factor : truth.projector->light_factors) mean += std::log(factor) / 12.0;
   for (int k = 1; k < 12; ++k) {
@@ -142,14 +142,10 @@ TEST(CameraKnee, GoesOnFromTheKneeOfTheTwin) {
   for (GridSamples& s : samples) s.gain_dn = s.reference_gain_dn = 1.04 * kGain;
   Sensitivity sensitivity(testing::needed_renderer(), std::move(samples));
   GroupFit fit(sensitivity, twin, parameters_of(twin, "camera_knee"), {.exact = true});
-  fit.run();
-  EXPECT_TRUE(fit.converged());
-  EXPECT_LT(fit.chi2(), 1.02);
-  expect_knee(fit, "left", left);
-  expect_knee(fit, "right", right);
+  expect_knees(fit, left, right);
 }
 
-// A straight camera has no knee: the place is not told, and neither stands in the twin.
+// A straight camera has no knee: the slope is 1.
 TEST(CameraKnee, AStraightCameraHasNone) {
   const Twin twin = testing::window_on_the_sphere(kWidth, kHeight);
   const Images light = traced_by_reference(twin);

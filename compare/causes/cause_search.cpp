@@ -6,8 +6,6 @@
 #include <functional>
 #include <utility>
 
-#include "compare/causes/causes.hpp"
-
 namespace fringetwin::compare {
 namespace {
 
@@ -208,9 +206,11 @@ const CauseFit& CauseSearch::try_fit(const std::vector<std::size_t>& groups, con
 void CauseSearch::try_alone(std::vector<CauseRow>& rows) {
   std::vector<std::size_t> groups;
   double most = values_fail_ ? excess_ : 0.0;
-  for (const CauseRow& row : rows) most = std::max(most, row.removed);
   std::vector<double> promised;
-  for (const CauseRow& row : rows) promised.push_back(row.removed);
+  for (const CauseRow& row : rows) {
+    most = std::max(most, row.removed);
+    promised.push_back(row.removed);
+  }
   promise_of_a_knee(promised);
   for (std::size_t g = 0; g < rows.size(); ++g)
     if (promised[g] >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
@@ -276,14 +276,14 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     const std::size_t g = tried_[k].groups[0];
     Sensitivity there = fit.sensors;
     const NormalEquations e = there.equations_at(fit.predicted, columns_, FreePerPixel::nothing, kEvery);
-    std::vector<double> removed(groups_.size(), 0.0);
+    const double alone = removed_by(e, {g}, kEvery);
+    std::vector<double> beside(groups_.size(), 0.0);  // what each takes away more; no switches
     for (std::size_t other = 0; other < groups_.size(); ++other)
-      if (other != g && !is_switch(other))
-        removed[other] = removed_by(e, {g, other}, kEvery) - removed_by(e, {g}, kEvery);
-    promise_of_a_knee(removed);
+      if (other != g && !is_switch(other)) beside[other] = removed_by(e, {g, other}, kEvery) - alone;
+    promise_of_a_knee(beside);
+    beside[g] = 0.0;
     for (std::size_t other = 0; other < groups_.size(); ++other) {
-      if (other == g || is_switch(other)) continue;
-      const double more = removed[other], left = fit.tried.chi2 - more;
+      const double more = beside[other], left = fit.tried.chi2 - more;
       if (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
           (!values_fail_ || before_ - left >= kPairShare * excess_))
         pairs.push_back({k, other, left});

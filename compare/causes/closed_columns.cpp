@@ -10,7 +10,7 @@
 #include <numbers>
 #include <span>
 
-#include "compare/causes/camera_knee.hpp"
+#include "compare/causes/camera_curves.hpp"
 #include "compare/causes/parameters_geometry.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "twin/base/errors.hpp"
@@ -22,13 +22,10 @@ namespace {
 using Eigen::Vector2d;
 using Effect = std::function<void(const EffectInput&, std::vector<float>&)>;
 
-constexpr double kFullSignal = 0.75;    ///< of full scale: the middle of the response's polynomials' range is
-constexpr double kLargestSignal = 1.2;  ///< half of it; they stay as they are beyond this many times
-constexpr double kSmallestSignal = 1e-6;  ///< of full scale: below, a power is not taken
-constexpr double kMostBlurPx = 10.0;      ///< its sums take 100 sigma^2 of the pixels around each
-constexpr double kMostField = 1.0;        ///< that a term of the light field moves by: e times the light
-constexpr int kRoomPoints = 9;            ///< per pixel, as residuals have
-constexpr int kPitchOverWidth = 4;        ///< the phase stays within a quarter of a period
+constexpr double kMostBlurPx = 10.0;  ///< its sums take 100 sigma^2 of the pixels around each
+constexpr double kMostField = 1.0;    ///< that a term of the light field moves by: e times the light
+constexpr int kRoomPoints = 9;        ///< per pixel, as residuals have
+constexpr int kPitchOverWidth = 4;    ///< the phase stays within a quarter of a period
 
 /// Calls f(pixel, its values in the order of the samples' images) for all pixels.
 template <class Function>
@@ -116,32 +113,6 @@ Effect room_light_effect(int power_x, int power_y, Vector2d size_px) {
       const double dn = (in.to - in.from) * std::pow(at.x(), power_x) * std::pow(at.y(), power_y);
       for (float& value : values) shift(value, dn / in.samples.gain_dn);
     });
-  };
-}
-
-/// The signal r, as a part of the sensor's range above black, becomes r^value.
-Effect response_gamma_effect(double range_dn) {
-  return [=](const EffectInput& in, std::vector<float>& irradiance) {
-    const double unit = range_dn / in.samples.curve_gain_dn();
-    for (float& value : irradiance) {
-      const double r = std::max(static_cast<double>(value) / unit, kSmallestSignal);
-      value = static_cast<float>(unit * std::pow(r, in.to / in.from));
-    }
-  };
-}
-
-/// The signal r grows by value r^2 (order 2) or by value T_order(2 r/0.75 - 1), Chebyshev's polynomial.
-Effect response_term_effect(double range_dn, int order) {
-  return [=](const EffectInput& in, std::vector<float>& irradiance) {
-    const double unit = range_dn / in.samples.curve_gain_dn();
-    for (float& value : irradiance) {
-      const double r = std::max(static_cast<double>(value) / unit, 0.0);
-      const double z = 2.0 * std::min(r / kFullSignal, kLargestSignal) - 1.0;
-      const double term = order == 2   ? r * r
-                          : order == 3 ? z * (4.0 * z * z - 3.0)
-                                       : 8.0 * z * z * (z * z - 1.0) + 1.0;
-      shift(value, (in.to - in.from) * unit * term);
-    }
   };
 }
 
@@ -274,8 +245,8 @@ class ClosedList : private GroupList {
       const std::size_t first = list_.size();
       if (group_ == "exposure") add_exposure(c);
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
-      if (group_ == "camera_response") add_response(twin_.cameras[c]);
-      if (group_ == "camera_knee") std::ranges::move(knee_parameters(twin_, c), std::back_inserter(list_));
+      if (group_ == "camera_response") add_all(response_parameters(twin_.cameras[c]));
+      if (group_ == "camera_knee") add_all(knee_parameters(twin_, c));
       if (group_ == "camera_psf") add_psf(twin_.cameras[c]);
       for (std::size_t k = first; k < list_.size(); ++k) list_[k].camera = c;
     }
@@ -345,20 +316,8 @@ class ClosedList : private GroupList {
           room_light_effect(powers[i].first, powers[i].second, size_px(camera.lens)));
   }
 
-  void add_response(const Camera& camera) {
-    const double range_dn = camera.sensor.max_dn() - camera.sensor.black_level_dn;
-    Parameter& gamma = add(camera.name + ".response.gamma", "", 1.0, 0.01, response_gamma_effect(range_dn));
-    gamma.is_of_sensor = true;
-    gamma.smallest = 0.2;
-    gamma.largest = 5.0;
-    for (const int order : {2, 3, 4}) {
-      Parameter& term = add(fmt::format("{}.response.{}", camera.name,
-                                        order == 2   ? "square"
-                                        : order == 3 ? "cubic"
-                                                     : "quartic"),
-                            "", 0.0, 0.01, response_term_effect(range_dn, order));
-      term.is_of_sensor = true;
-    }
+  void add_all(std::vector<Parameter> parameters) {
+    std::ranges::move(parameters, std::back_inserter(list_));
   }
 
   void add_field() {

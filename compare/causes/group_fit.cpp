@@ -25,7 +25,6 @@ constexpr double kFarSteps = 2.0;      ///< of a parameter: a fiftieth of a frin
 constexpr double kTooFarSteps = 10.0;  ///< where a quick derivative at another place stands for that here
 constexpr double kNotNear = 0.1;       ///< of what a fit lacks: less than that more is not worth a step
 constexpr double kNotTold = 0.5;       ///< of the prior
-constexpr double kSameGain = 1e-4;     ///< as that at which curves are told: 0.02 DN of 200
 constexpr int kMostRounds = 5;         ///< of a fit with curves told at another gain
 constexpr std::size_t kFewestBlocks = 12, kFewestImages = 4;
 
@@ -76,54 +75,6 @@ Sensitivity::Values GroupFit::predict(const Eigen::VectorXd& values) {
 void GroupFit::set_values(const Eigen::VectorXd& values) {
   values_ = values;
   base_ = predict(values_);
-}
-
-/// Returns by how much more the value of a parameter is shown than it is fitted.
-double GroupFit::growth_of(std::size_t parameter) const {
-  const Parameter& p = parameters_[parameter];
-  if (p.grows_with_gain)
-    for (const GridSamples& s : sensitivity_.samples())
-      if (s.camera == p.camera) return s.gain_dn / s.curve_gain_dn();
-  return 1.0;
-}
-
-Eigen::VectorXd GroupFit::shown_values() const {
-  Eigen::VectorXd shown = values_;
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (known_[k].told) shown[k] *= growth_of(k);
-  return shown;
-}
-
-/// Tells curves at the gain as it is now, where that matters; returns whether it does. A camera whose gray
-/// values the twin's own curve has straightened bends them, in the fit, at levels that grow with the gain.
-bool GroupFit::refers_curves_to_gain() {
-  bool matters = false;
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    matters = matters || (parameters_[k].grows_with_gain && std::abs(growth_of(k) - 1.0) > kSameGain &&
-                          !twin_.cameras[*parameters_[k].camera].sensor.response.straight());
-  if (!matters || given_up_) return false;
-  const Eigen::VectorXd values = shown_values();
-  sensitivity_.refer_curves_to_gain();
-  set_values(values);
-  columns_.reset();
-  return true;
-}
-
-/// Returns the derivatives of the shown values of these parameters by all unknowns, which begin with them.
-Eigen::MatrixXd GroupFit::shown_by_unknowns(const std::vector<std::size_t>& told,
-                                            const std::vector<std::size_t>& unknowns) const {
-  Eigen::MatrixXd by(static_cast<Eigen::Index>(told.size()), static_cast<Eigen::Index>(unknowns.size()));
-  by.setIdentity();
-  for (std::size_t i = 0; i < told.size(); ++i) {
-    const Parameter& p = parameters_[told[i]];
-    by(i, i) = growth_of(told[i]);
-    for (std::size_t c = 0; p.grows_with_gain && c < sensitivity_.samples().size(); ++c) {
-      const auto gain = std::ranges::find(unknowns, parameters_.size() + 2 * c);
-      if (sensitivity_.samples()[c].camera == p.camera && gain != unknowns.end())
-        by(i, gain - unknowns.begin()) = values_[told[i]] / sensitivity_.samples()[c].curve_gain_dn();
-    }
-  }
-  return by;
 }
 
 FreePerPixel GroupFit::free_of(const Block& block) const { return sensitivity_.with_own(block.free); }

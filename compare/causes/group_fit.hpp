@@ -134,6 +134,7 @@ class GroupFit {
   };
 
   void set_values(const Eigen::VectorXd& values);
+  std::optional<std::size_t> grows_with(std::size_t parameter) const;
   double growth_of(std::size_t parameter) const;
   bool refers_curves_to_gain();
   Eigen::MatrixXd shown_by_unknowns(const std::vector<std::size_t>& told,

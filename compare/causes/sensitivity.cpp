@@ -75,6 +75,39 @@ double limit_of(const std::vector<GridSamples>& samples, double GridSamples::*kn
   return 1.0 + allowed_for(n, most);
 }
 
+/// What parameters do to the irradiance of a camera from their start to their values, where nothing is
+/// rendered for it.
+struct Effects {
+  const Twin &rendered, &fitted;  ///< as EffectInput has them
+  const std::vector<Parameter>& parameters;
+  const Eigen::VectorXd& values;
+
+  /// Does what is done to the light.
+  void add_light(const GridSamples& s, const std::vector<float>& before, std::vector<float>& e) const {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      if (!parameters[k].is_of_sensor && has_effect(k, s))
+        parameters[k].effect({rendered, fitted, s, before, parameters[k].start, values[k]}, e);
+  }
+  /// Bends light as the sensors' curves do, after all else.
+  void see(const GridSamples& s, std::vector<float>& e) const {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      if (parameters[k].is_of_sensor && has_effect(k, s))
+        parameters[k].effect({rendered, fitted, s, e, parameters[k].start, values[k]}, e);
+  }
+  /// Takes that back.
+  void unsee(const GridSamples& s, std::vector<float>& e) const {
+    for (std::size_t k = parameters.size(); k-- > 0;)
+      if (parameters[k].is_of_sensor && has_effect(k, s))
+        parameters[k].effect({rendered, fitted, s, e, values[k], parameters[k].start}, e);
+  }
+
+ private:
+  bool has_effect(std::size_t k, const GridSamples& s) const {
+    const Parameter& p = parameters[k];
+    return (!p.change || p.is_closed) && values[k] != p.start && (!p.camera || *p.camera == s.camera);
+  }
+};
+
 }  // namespace
 
 GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
@@ -231,15 +264,13 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
   for (std::size_t c = 0; c < samples_.size(); ++c)
     before.push_back(is_other(c) ? (*others)[c] : irradiance_of(changed, samples_[c], samples));
   const Twin fitted = with_values(twin, parameters, values);
+  const Effects effects{changed, fitted, parameters, values};
   Values out = before;
-  for (const bool of_sensor : {false, true})
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
-      const Parameter& p = parameters[k];
-      if ((p.change && !p.is_closed) || values[k] == p.start || p.is_of_sensor != of_sensor) continue;
-      for (std::size_t c = 0; c < samples_.size(); ++c)
-        if (!is_other(c) && (!p.camera || *p.camera == samples_[c].camera))
-          p.effect({changed, fitted, samples_[c], before[c], p.start, values[k]}, out[c]);
-    }
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    if (is_other(c)) continue;
+    effects.add_light(samples_[c], before[c], out[c]);
+    effects.see(samples_[c], out[c]);
+  }
   return out;
 }
 
@@ -310,30 +341,17 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vect
   const double up = std::min(values[at] + parameter.step, parameter.largest),
                down = std::max(values[at] - parameter.step, parameter.smallest);
   const Twin fitted = with_values(twin, parameters, values);
-  Eigen::VectorXd by_sensors = start_values(parameters);  // and nothing else
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    if (parameters[k].is_of_sensor && !parameter.is_of_sensor) by_sensors[k] = values[k];
-  const bool sensors_bend = by_sensors != start_values(parameters);
+  const Effects sensors{twin, fitted, parameters, values};
   Values out = zeros(base);
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     if (parameter.camera && *parameter.camera != samples_[c].camera) continue;
     std::vector<float> light = base[c];
-    const auto see = [&](std::vector<float>& seen, bool is_back) {
-      const std::size_t n = parameters.size();
-      for (std::size_t i = 0; sensors_bend && i < n; ++i) {
-        const std::size_t k = is_back ? n - 1 - i : i;
-        const Parameter& p = parameters[k];
-        if (by_sensors[k] == p.start || (p.camera && *p.camera != samples_[c].camera)) continue;
-        p.effect({twin, fitted, samples_[c], seen, is_back ? by_sensors[k] : p.start,
-                  is_back ? p.start : by_sensors[k]},
-                 seen);
-      }
-    };
-    see(light, true);
+    if (!parameter.is_of_sensor) sensors.unsee(samples_[c], light);
     std::vector<float> more = light, less = light;
     parameter.effect({fitted, fitted, samples_[c], light, values[at], up}, more);
     parameter.effect({fitted, fitted, samples_[c], light, values[at], down}, less);
-    see(more, false), see(less, false);
+    if (!parameter.is_of_sensor)
+      for (std::vector<float>* seen : {&more, &less}) sensors.see(samples_[c], *seen);
     for (std::size_t i = 0; i < more.size(); ++i)
       out[c][i] =
           static_cast<float>((static_cast<double>(more[i]) - static_cast<double>(less[i])) / (up - down));

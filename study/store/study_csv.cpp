@@ -5,21 +5,12 @@
 #include <cmath>
 #include <set>
 
+#include "report/text.hpp"
 #include "study/plan/recorded_numbers.hpp"
 #include "study/store/study_store.hpp"
 
 namespace fringetwin::study {
 namespace {
-
-std::string cell(const std::string& text) {
-  if (text.find_first_of("\",\r\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
-  }
-  return out + '"';
-}
 
 const char* status_name(PointStatus status) {
   return status == PointStatus::done ? "done" : status == PointStatus::failed ? "failed" : "pending";
@@ -34,17 +25,18 @@ std::string study_csv(const std::vector<StoredPoint>& rows) {
     for (const auto& [name, value] : row.outcome.numbers) results.insert(name);
   }
   std::string out = "id";
-  for (const std::string& key : keys) out += "," + cell(key);
+  for (const std::string& key : keys) out += "," + report::csv_cell(key);
   out += ",noise_seed,status,reason";
-  for (const std::string& name : results) out += "," + cell(name);
+  for (const std::string& name : results) out += "," + report::csv_cell(name);
   out += "\r\n";
   for (const StoredPoint& row : rows) {
     out += fmt::format("{}", row.point.id);
     for (const std::string& key : keys) {
       const auto value = row.point.settings.find(key);
-      out += "," + (value == row.point.settings.end() ? "" : cell(plain_value(value->second)));
+      out += "," + (value == row.point.settings.end() ? "" : report::csv_cell(plain_value(value->second)));
     }
-    out += fmt::format(",{},{},{}", row.point.seed, status_name(row.status), cell(row.outcome.reason));
+    out += fmt::format(",{},{},{}", row.point.seed, status_name(row.status),
+                       report::csv_cell(row.outcome.reason));
     for (const std::string& name : results) {
       const auto value = row.outcome.numbers.find(name);
       const bool known = value != row.outcome.numbers.end() && !std::isnan(value->second);

@@ -196,9 +196,9 @@ def camera_gamma(exponent):
     return plant
 
 
-def knee_values(slope, at=0.55, bits=12):
-    """In the program's names: the rig's black level is 2 % of full scale."""
-    full = 2**bits - 1
+def knee_values(slope, at=0.55):
+    """In the program's names: of a rig of 12 bits, whose black level is 2 % of full scale."""
+    full = 4095
     return {"left.response.knee_dn": at * (full - round(0.02 * full)), "left.response.slope": slope}
 
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists the knee of a camera's response, its place and the slope beyond, as parameters of the group
-// camera_knee (docs/metrics/causes.md, "Causes").
+// Lists what bends a camera's gray values as parameters of the groups camera_response and camera_knee
+// (docs/metrics/causes.md, "Causes").
 #pragma once
 #include "compare/causes/parameter.hpp"
 
 namespace fringetwin::compare {
+
+/// Returns the smooth curves of a camera's response: an exponent and three polynomials. No key of twin.toml
+/// holds them.
+std::vector<Parameter> response_parameters(const Camera& camera);
 
 /// Returns the slope beyond the knee and, after it, the knee's place, in this order: the place's effect is
 /// that of the fitted slope. Empty where the camera's response is a table of more than one corner. Of a
