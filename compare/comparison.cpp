@@ -176,12 +176,14 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
 }
 
 /// Holds against the verdict on a phase that the fringe orders of the two sides disagree on many pixels.
-void judge_orders(const PhaseRow& phase, ExplainedRow& row, std::vector<std::string>& warnings) {
+void judge_orders(const PhaseRow& phase, double farthest, ExplainedRow& row,
+                  std::vector<std::string>& warnings) {
   if (!(phase.order_disagree_fraction() > kManyOrders)) return;
   const std::string share = fmt::format(
       "on {:.1f} % of the pixels valid on both sides the fringe orders disagree ({} pixels, "
-      "|difference| > pi)",
-      100.0 * phase.order_disagree_fraction(), phase.n_order_disagree);
+      "|difference| > {})",
+      100.0 * phase.order_disagree_fraction(), phase.n_order_disagree,
+      farthest > std::numbers::pi ? "4.5 words" : "pi");
   row.worsen(kNotExplained, share);
   warnings.push_back(
       fmt::format("{} {}: {}; they are in no phase number, so the phase rows describe the rest only",
@@ -270,7 +272,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
       if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)
         predict_brightness(twin, c, real, r, options, light, out);
-      judge_orders(*phase, out.explained.back(), out.warnings);
+      judge_orders(*phase, farthest_rad(r), out.explained.back(), out.warnings);
       if (const auto shift_px = r.unwrapped && s->unwrapped ? constant_shift_px(r, *s) : std::nullopt) {
         const double pitch_px = r.pitches_px[r.finest];
         is_far_off = is_far_off || std::abs(*shift_px) > kFarPeriods * pitch_px;

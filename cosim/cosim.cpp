@@ -110,12 +110,14 @@ void measure_real(Run& run, const Twin* before = nullptr) {
   keep_times(run, *real, "real");
 }
 
-/// Gives every pixel the factor and the offset that were refined; the sensor then sees the images anew.
+/// Gives every pixel the factor and the offset that were refined; the sensor then sees the images anew. Phase
+/// steps tell them, of a code alone its bits.
 void apply_texture(Run& run) {
   std::vector<int> images;
   const std::vector<PatternSpec> patterns = expand_sequence(run.twin.fringes);
+  const bool code_alone = run.twin.fringes.steps == 0;
   for (std::size_t k = 0; k < patterns.size(); ++k)
-    if (!patterns[k].is_gray() && !patterns[k].is_image()) images.push_back(static_cast<int>(k));
+    if (!patterns[k].is_image() && patterns[k].is_gray() == code_alone) images.push_back(static_cast<int>(k));
   compare::apply_texture(*run.options.refinement, run.real.images, images, run.twin,
                          run.simulated.irradiance);
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)

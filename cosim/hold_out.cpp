@@ -71,7 +71,7 @@ void check_hold_out(const Run& run) {
     throw UserError(ExitCode::usage, run.twin.file.string(),
                     "images to hold out must be real ones, but [real] names no captures",
                     "add [real] captures = \"FOLDER\"");
-  compare::folds_of(run.twin.fringes.steps, n_folds);
+  compare::folds_of(run.twin.fringes, n_folds);
 }
 
 void hold_out(Run& run, const RenderRequest& render, const std::vector<std::string>& asked) {
@@ -84,8 +84,7 @@ void hold_out(Run& run, const RenderRequest& render, const std::vector<std::stri
             "{}: the twin's texture is not fitted anew for each fold: if it comes from these images, "
             "those held out are no independent ones",
             camera.name));
-  const std::vector<compare::Fold> folds =
-      compare::folds_of(run.twin.fringes.steps, run.twin.compare.hold_out);
+  const std::vector<compare::Fold> folds = compare::folds_of(run.twin.fringes, run.twin.compare.hold_out);
   std::vector<compare::HeldOutRow> all;
   for (std::size_t f = 0; f < folds.size(); ++f) {
     throw_if_cancelled();

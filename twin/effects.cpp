@@ -178,6 +178,10 @@ std::vector<Effect> make_effects() {
           [](const Projector& p) { return p.has_blur_field(); }, [](Projector& p) { p.blur_field_px2 = {}; },
           "[projector] blur_field_px2"),
       of_projector(
+          "halo", "a projector whose light is spread by its blur alone",
+          [](const Projector& p) { return p.has_halo(); }, [](Projector& p) { p.halo.clear(); },
+          "[projector] halo = [[share, sigma_px], ...]"),
+      of_projector(
           "light field", "the same light all over the projector's image",
           [](const Projector& p) { return p.has_light_field(); }, [](Projector& p) { p.light_field.clear(); },
           "[projector] light_field"),

@@ -141,6 +141,15 @@ double Projector::blur_variance_px2(const Eigen::Vector2d& q_px) const {
   return std::max(0.0, blur_px * blur_px + more);
 }
 
+double Projector::halo_attenuation(double cycles_per_px) const {
+  double lost = 0.0;
+  for (const Halo& h : halo) {
+    const double turn_rad = 2.0 * std::numbers::pi * cycles_per_px * h.sigma_px;
+    lost -= h.share * std::expm1(-0.5 * turn_rad * turn_rad);
+  }
+  return 1.0 - lost;
+}
+
 double Projector::least_blur_px() const {
   if (!has_blur_field()) return blur_px;
   constexpr int kNodes = 65;  // along each side: a quadratic is no lower between them than 1/4000 of its bend

@@ -131,6 +131,14 @@ inline constexpr std::array kLightFieldTerms{LegendreOrders{1, 0}, LegendreOrder
                                              LegendreOrders{4, 0}, LegendreOrders{3, 1}, LegendreOrders{2, 2},
                                              LegendreOrders{1, 3}, LegendreOrders{0, 4}};
 
+inline constexpr std::size_t kMostHalos = 4;  ///< parts of a halo
+inline constexpr double kWidestHaloPx = 1e4;  ///< of a part
+/// A part of the projector's light that its lens, or the air, spreads further than its blur.
+struct Halo {
+  double share = 0.0;     ///< of all light
+  double sigma_px = 0.0;  ///< Gaussian sigma that this part is blurred by, besides the blur; projector px
+};
+
 struct Projector {
   Lens lens;
   Pose T_proj_world;
@@ -149,6 +157,8 @@ struct Projector {
   /// What the blur's variance has more at (u, v) than in the middle, px^2: b0 u + b1 v + b2 u^2 + b3 uv +
   /// b4 v^2, u and v from -1 to 1 across the projector's image.
   std::array<double, 5> blur_field_px2 = {};
+  /// Light that is spread further than the blur: the tails of the projector's point spread.
+  std::vector<Halo> halo = {};
   /// ln of the light at a place of the projector's image over its geometric mean there: the sum of these
   /// times Legendre's P_i(u) P_j(v), (i, j) as in kLightFieldTerms, u and v from -1 to 1 across the image;
   /// missing ones are 0.
@@ -168,6 +178,12 @@ struct Projector {
   bool has_image_shifts() const {
     return std::ranges::any_of(image_shifts_px, [](double px) { return px != 0.0; });
   }
+  bool has_halo() const {
+    return std::ranges::any_of(halo, [](const Halo& h) { return h.share != 0.0 && h.sigma_px != 0.0; });
+  }
+  /// Returns what the halo leaves of a wave of light, besides what the blur does: the Fourier transform of
+  /// (1 - sum of shares) delta + sum of share_i Gaussian_i.
+  double halo_attenuation(double cycles_per_px) const;
   bool has_light_field() const {
     return std::ranges::any_of(light_field, [](double c) { return c != 0.0; });
   }
@@ -182,7 +198,7 @@ void list_keys(Keys& keys, const Projector*) {
   keys("intensity", &Projector::intensity, NumberRange::positive());
   keys("falloff"), keys("reference_distance_mm");
   keys("blur_px", &Projector::blur_px, NumberRange{.min = 0.0, .largest = 1e4});
-  keys("blur_field_px2"), keys("light_field"), keys("response");
+  keys("blur_field_px2"), keys("halo"), keys("light_field"), keys("response");
   keys("ambient", &Projector::ambient, NumberRange::not_negative());
   keys("optics");
   keys("pixel_structure", &Projector::pixel_structure);

@@ -40,6 +40,36 @@ void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double chang
   }
 }
 
+/// Widths of a halo that is looked for: of a near tail, and of a veil.
+constexpr double kHaloLadderPx[] = {2.0, 32.0};
+constexpr double kMostLightInHalo = 0.9;  ///< in all of its parts
+constexpr double kMostHaloGrowth = 8.0;   ///< of a part's width in one refinement
+
+bool has_code(const Twin& twin) {
+  return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
+}
+
+/// Returns whether a halo of the projector can be rendered.
+bool can_have_halo(const Twin& twin) {
+  const Projector& p = *twin.projector;
+  const bool gaps = p.pixel_structure && p.pixel_fill < 1.0;
+  return p.blur_px > 0.0 && !gaps && twin.fringes.images.empty() && !(p.has_blur_field() && has_code(twin));
+}
+
+/// Returns whether several pitches tell how light is spread: by what they lose of their contrast.
+bool has_pitches(const Twin& twin) {
+  return std::ranges::any_of(twin.fringes.directions,
+                             [](const DirectionFringes& d) { return d.pitches_px.size() > 1; });
+}
+
+/// Returns a part of the halo of a twin, which it is given where it has none.
+Halo& part_of_halo(Twin& twin, std::size_t k) {
+  std::vector<Halo>& halo = twin.projector->halo;
+  if (halo.empty())
+    for (const double sigma_px : kHaloLadderPx) halo.push_back({.share = 0.0, .sigma_px = sigma_px});
+  return halo.at(k);
+}
+
 /// Lists what light and surfaces do.
 class ParameterList : private GroupList {
  public:
@@ -50,6 +80,7 @@ class ParameterList : private GroupList {
     if (group_ == "harmonics") add_harmonics();
     if (group_ == "contrast") add_contrast();
     if (group_ == "blur") add_blur();
+    if (group_ == "halo") add_halo();
     if (group_ == "vignetting") add_vignetting();
     if (group_ == "albedo") add_albedo();
     if (group_ == "specular") add_specular();
@@ -122,6 +153,28 @@ class ParameterList : private GroupList {
     const double least_px = twin_.projector->least_blur_px();
     p.smallest =
         twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2 : 0.0;
+  }
+
+  /// Share and width of each part of the halo that the twin has; of a twin without one, the shares of a
+  /// ladder of widths: the light is linear in them, so that the fit cannot go astray.
+  void add_halo() {
+    if (!twin_.projector || !can_have_halo(twin_) || !(has_code(twin_) || has_pitches(twin_))) return;
+    const std::vector<Halo>& parts = twin_.projector->halo;
+    const bool is_new = parts.empty();
+    const double most =
+        kMostLightInHalo / static_cast<double>(is_new ? std::size(kHaloLadderPx) : parts.size());
+    for (std::size_t k = 0; k < (is_new ? std::size(kHaloLadderPx) : parts.size()); ++k) {
+      Parameter& share = add(fmt::format("projector.halo.{}.share", k + 1), "", is_new ? 0.0 : parts[k].share,
+                             0.01, [k](Twin& t, double d) { part_of_halo(t, k).share += d; });
+      share.smallest = 0.0;
+      share.largest = std::max(most, share.start);
+      if (is_new) continue;
+      const double sigma_px = parts[k].sigma_px;
+      Parameter& width = add(fmt::format("projector.halo.{}.sigma_px", k + 1), "px", sigma_px,
+                             0.05 * sigma_px, [k](Twin& t, double d) { part_of_halo(t, k).sigma_px += d; });
+      width.smallest = sigma_px / kMostHaloGrowth;
+      width.largest = std::min(sigma_px * kMostHaloGrowth, kWidestHaloPx);
+    }
   }
 
   void add_vignetting() {
@@ -211,6 +264,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"harmonics", "harmonics 2 to 7 of the projected fringe, in phase and in quadrature (6 steps or more)",
        "harmonics of the projected fringe"},
       {"blur", "width of the projector's blur", "blur of the projected pattern"},
+      {"halo", "light that the projector's lens spreads further than its blur: shares and widths",
+       "the projector spreads a part of its light further than its blur (halo: tails of its point spread)"},
       {"vignetting", "gain over each camera's image: tilt and r^2",
        "gain that varies over the image (vignetting)"},
       {"albedo", "diffuse reflectivity of each object", "reflectivity of the objects (albedo)"},
@@ -260,6 +315,8 @@ const ParameterGroup& parameter_group(const std::string& name) {
 
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps) {
+  // pitches alone tell a halo from the blur where nothing else differs, and that is for `--refine`
+  if (group == "halo" && !has_code(twin)) return {};
   std::vector<Parameter> all = geometry_parameters(twin, group);
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
   for (Parameter& p : closed_parameters(twin, group, use_steps)) {
@@ -271,7 +328,9 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
 
 std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::string& group,
                                                const std::vector<int>& use_steps) {
-  return group == "motion" ? motion_parameters(twin) : parameters_of(twin, group, use_steps);
+  if (group == "motion") return motion_parameters(twin);
+  if (group == "halo") return ParameterList(twin, group).run();
+  return parameters_of(twin, group, use_steps);
 }
 
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {

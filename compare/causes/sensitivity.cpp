@@ -334,6 +334,11 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 }
 }  // namespace
 
+int Sensitivity::derivative_samples(const Twin& twin) {
+  const bool coded = std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
+  return coded ? kResidualSamples : kDerivativeSamples;
+}
+
 Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vector<Parameter>& parameters,
                                                const Eigen::VectorXd& values, std::size_t at,
                                                const Values& base) const {
@@ -372,7 +377,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   const auto images_at = [&](double value) {
     Eigen::VectorXd changed = values;
     changed[at] = value;
-    return predicted(twin, parameters, changed, kDerivativeSamples, parameter.camera, &base);
+    return predicted(twin, parameters, changed, derivative_samples(twin), parameter.camera, &base);
   };
   const Values nothing = zeros(base);
   Values out, other;
@@ -414,7 +419,7 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
                                           const Eigen::VectorXd& values, Derivative derivative,
                                           std::vector<double> steps) const {
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
-  Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}, std::move(steps)};
+  Columns out{predicted(twin, parameters, values, derivative_samples(twin)), {}, std::move(steps)};
   for (std::size_t k = 0; k < parameters.size(); ++k)
     out.each.push_back(column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
   for (const Parameter& p : parameters) out.exposes.push_back(p.group == "exposure");
@@ -434,7 +439,7 @@ Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
                                                         const Eigen::VectorXd& values,
                                                         const std::vector<std::size_t>& pose,
                                                         const std::function<void(std::size_t)>& after) {
-  Columns out{predicted(twin, parameters, values, kDerivativeSamples), {}, {}};
+  Columns out{predicted(twin, parameters, values, derivative_samples(twin)), {}, {}};
   for (const Parameter& p : parameters) out.steps.push_back(p.step);
   out.each.resize(parameters.size());
   std::size_t done = 0;

@@ -29,6 +29,7 @@ void choose_images(GrayPair& pair, const Twin& twin, const CompareOptions& optio
   bool left_out = false;
   for (int i = 0; i < static_cast<int>(pair.patterns.size()); ++i) {
     const PatternSpec& pattern = pair.patterns[i];
+    if (std::ranges::find(options.leave_out_images, i) != options.leave_out_images.end()) continue;
     if (pattern.is_image()) {
       pair.images.push_back(i);
       continue;

@@ -20,16 +20,22 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr std::size_t kFewestSteps = 3;
+constexpr int kComplementaryBit = -1;
 constexpr double kAlike = 1e-6;          ///< of a determinant: light and exposure are one
 constexpr std::size_t kPixels = 40'000;  ///< per camera, as of refine()
 
-/// Returns where the images of these steps stand among those of the samples.
+bool has(const std::vector<int>& list, int n) { return std::ranges::find(list, n) != list.end(); }
+
+/// Returns where the images of these phase steps, and these images of a code, stand among those of the
+/// samples.
 std::vector<std::size_t> images_of(const GridSamples& s, const std::vector<PatternSpec>& patterns,
-                                   const std::vector<int>& steps) {
+                                   const std::vector<int>& steps, const std::vector<int>& codes) {
   std::vector<std::size_t> at;
-  for (std::size_t k = 0; k < s.images.size(); ++k)
-    if (std::ranges::find(steps, patterns[static_cast<std::size_t>(s.images[k])].step) != steps.end())
-      at.push_back(k);
+  for (std::size_t k = 0; k < s.images.size(); ++k) {
+    const PatternSpec& pattern = patterns[static_cast<std::size_t>(s.images[k])];
+    const bool is_step = !pattern.is_gray() && !pattern.is_image();
+    if (is_step ? has(steps, pattern.step) : has(codes, s.images[k])) at.push_back(k);
+  }
   return at;
 }
 
@@ -55,8 +61,8 @@ class Prediction {
       takes_light_ = takes_light_ || p.group == "light";
       takes_exposure_ = takes_exposure_ || (p.group == "exposure" && p.camera == s_.camera);
     }
-    fitted_ = images_of(s_, patterns, in.fold.fitted);
-    held_out_ = images_of(s_, patterns, in.fold.held_out);
+    fitted_ = images_of(s_, patterns, in.fold.fitted, in.fold.fitted_codes);
+    held_out_ = images_of(s_, patterns, in.fold.held_out, in.fold.held_out_codes);
     const auto values = static_cast<double>(std::max<std::uint64_t>(refined.report.n, 1));
     const double unknowns = static_cast<double>(refined.report.rows.size()) + 2.0;
     common_ = unknowns / values * std::max(1.0, refined.report.chi2_after);
@@ -149,7 +155,8 @@ class Prediction {
     if (takes_light_) row.light_factor = image.light;
     if (takes_exposure_) row.exposure_factor = image.exposure;
     const double exposure = image.exposure * exposure_of(k);
-    const double of_shape = in_.shape_leverage / static_cast<double>(in_.fold.fitted.size());
+    const double of_shape =
+        in_.shape_leverage / static_cast<double>(std::max<std::size_t>(in_.fold.fitted.size(), 1));
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) {
       if (s_.weight[at(p, k)] == 0.0F) continue;
       const double predicted = shown_dn(p, k, image) + s_.black_level_dn,
@@ -244,12 +251,39 @@ std::vector<Fold> folds_of(int steps, int n_folds) {
   return folds;
 }
 
+std::vector<Fold> folds_of(const Fringes& fringes, int n_folds) {
+  if (fringes.steps > 0) return folds_of(fringes.steps, n_folds);
+  const std::vector<PatternSpec> patterns = expand_sequence(fringes);
+  std::vector<std::pair<int, int>> bits;  // direction and bit
+  std::vector<std::ptrdiff_t> bit_of;     // -1: always fitted
+  for (const PatternSpec& pattern : patterns) {
+    bit_of.push_back(-1);
+    if (!pattern.is_gray()) continue;
+    const std::pair bit{pattern.direction, pattern.is_complementary() ? kComplementaryBit : pattern.bit};
+    const auto at = std::ranges::find(bits, bit);
+    bit_of.back() = at - bits.begin();
+    if (at == bits.end()) bits.push_back(bit);
+  }
+  if (n_folds < 2 || static_cast<std::size_t>(n_folds) > bits.size())
+    throw UserError(ExitCode::usage, fmt::format("--hold-out {}", n_folds),
+                    fmt::format("deals {} bits of a code to {} folds", bits.size(), n_folds),
+                    "use 2 folds or more, and no more than there are bits");
+  std::vector<Fold> folds(static_cast<std::size_t>(n_folds));
+  for (std::size_t f = 0; f < folds.size(); ++f)
+    for (std::size_t i = 0; i < patterns.size(); ++i) {
+      const bool is_held_out = bit_of[i] >= 0 && static_cast<std::size_t>(bit_of[i]) % folds.size() == f;
+      (is_held_out ? folds[f].held_out_codes : folds[f].fitted_codes).push_back(static_cast<int>(i));
+    }
+  return folds;
+}
+
 std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
   Side real;
   real.images = in.real;
   real.measurement = measure::measure(in.twin, in.real, in.fold.fitted);
   CompareOptions of_fitted = in.options, of_all = in.options;
   of_fitted.use_steps = in.fold.fitted;
+  of_fitted.leave_out_images = in.fold.held_out_codes;
   of_all.use_steps.clear();
   const Refined refined = refine(in.twin, real, in.simulated, of_fitted,
                                  without_images(in.twin, in.asked, in.fold.fitted), WhatIsWorse::stays);

@@ -12,15 +12,22 @@
 
 namespace fringetwin::compare {
 
-/// Phase steps that are predicted, and those that are fitted for it.
+/// Phase steps that are predicted, and those that are fitted for it; of a sequence without phase steps the
+/// images of bits of its code.
 struct Fold {
-  std::vector<int> held_out, fitted;
+  std::vector<int> held_out, fitted;                ///< phase steps
+  std::vector<int> held_out_codes, fitted_codes{};  ///< images of the sequence
 };
 
 /// Deals the steps to so many folds in turn: step n is held out with fold n mod n_folds. Throws
 /// UserError(usage) where less than two folds are asked for, more than there are steps, or where a fold
 /// leaves fewer than 3 steps to fit, which a phase needs.
 std::vector<Fold> folds_of(int steps, int n_folds);
+
+/// Deals the phase steps, or of a code alone its bits, those of both directions one after the other: the
+/// images of a bit (the pattern and its inverse) stay together. Throws as above, and where there are fewer
+/// bits than folds.
+std::vector<Fold> folds_of(const Fringes& fringes, int n_folds);
 
 /// What the images of one fold are predicted from.
 struct HeldOutInput {
@@ -36,7 +43,8 @@ struct HeldOutInput {
 };
 
 /// Returns a row per camera and image that is held out, without the number of the fold. Everything is
-/// decoded, fitted and chosen by the fitted steps (and the images of a code); of a held-out image only its
+/// decoded, fitted and chosen by the fitted steps (and the images of a code; of a code alone all bits say
+/// which pixels are compared, but none that is held out is fitted to); of a held-out image only its
 /// factors of light and exposure are taken from itself, with "light" and "exposure" alone. A fit counts as it
 /// is: nothing is taken back. Throws as refine().
 std::vector<HeldOutRow> predict_held_out(const HeldOutInput& input);

@@ -86,7 +86,7 @@ class HeldOut : public ::testing::Test {
     CompareOptions options;
     options.renderer = shared_renderer();
     std::vector<HeldOutRow> all;
-    for (const Fold& fold : folds_of(twin_.fringes.steps, n_folds))
+    for (const Fold& fold : folds_of(twin_.fringes, n_folds))
       for (HeldOutRow& row : predict_held_out({twin_, real, side, options, asked, fold}))
         all.push_back(std::move(row));
     return all;
@@ -134,6 +134,39 @@ TEST(Folds, TakeEveryStepOnceInTurn) {
   EXPECT_THROW(folds_of(8, 1), UserError);
   EXPECT_THROW(folds_of(4, 5), UserError);
   EXPECT_THROW(folds_of(4, 2), UserError);  // 2 of 4 steps make no phase
+}
+
+// A bit and its inverse stay together; those of the second direction follow those of the first.
+TEST(Folds, TakeEveryBitOfACodeOnceInTurn) {
+  Fringes fringes;
+  fringes.steps = 0;
+  fringes.unwrap = Unwrap::gray;
+  const GrayCode code{.bits = 3, .threshold = GrayCode::Threshold::inverse};
+  fringes.directions = {{Axis::x, {8.0}, {-0.5}, code}, {Axis::y, {8.0}, {-0.5}, code}};
+  const std::vector<Fold> folds = folds_of(fringes, 4);
+  ASSERT_EQ(folds.size(), 4u);
+  EXPECT_THAT(folds[0].held_out_codes, ::testing::ElementsAre(0, 1, 8, 9));  // bits 0 of x and 1 of y
+  EXPECT_THAT(folds[0].fitted_codes, ::testing::ElementsAre(2, 3, 4, 5, 6, 7, 10, 11));
+  EXPECT_THAT(folds[3].held_out_codes, ::testing::ElementsAre(6, 7));
+  EXPECT_TRUE(folds[0].held_out.empty() && folds[0].fitted.empty());
+  EXPECT_THROW(folds_of(fringes, 1), UserError);
+  EXPECT_THROW(folds_of(fringes, 7), UserError);
+  fringes.steps = 8;
+  EXPECT_THAT(folds_of(fringes, 3)[0].held_out, ::testing::ElementsAre(0, 3, 6));
+}
+
+// A code alone, blurred and spread; every pixel has a factor and an offset of its own.
+TEST_F(HeldOut, BitsOfACodeArePredictedToTheNoise) {
+  twin_.fringes.steps = 0;
+  twin_.fringes.unwrap = Unwrap::gray;
+  twin_.fringes.directions[0] = {
+      Axis::x, {4.0}, {-0.5}, GrayCode{.bits = 9, .threshold = GrayCode::Threshold::inverse}};
+  twin_.projector->blur_px = 0.6;
+  twin_.projector->halo = {{.share = 0.2, .sigma_px = 2.0}};
+  const std::vector<CameraImages> real = recorded(twin_, true, 20.0);
+  expect_right(held_out(real, {"texture", "offset"}));
+  twin_.projector->halo.clear();
+  EXPECT_GT(held_out_ratio(held_out(real, {"texture", "offset"}), twin_.cameras[0].name), 1.2);
 }
 
 TEST_F(HeldOut, OfARightTwinArePredictedToTheNoise) { expect_right(held_out(recorded(twin_), {})); }

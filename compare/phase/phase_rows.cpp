@@ -24,13 +24,13 @@ struct DifferenceSums {
 
 DifferenceSums sum_row(const DirectionDecode& real, const DirectionDecode& simulated, double origin_px,
                        int y) {
-  const double per_px = kTwoPi / finest_pitch_px(real);
+  const double per_px = kTwoPi / finest_pitch_px(real), farthest = farthest_rad(real);
   DifferenceSums s;
   for (int x = 0; x < real.coordinate_px.width; ++x) {
     const double r = real.coordinate_px(x, y);
     const double d = per_px * (simulated.coordinate_px(x, y) - r);
     if (std::isnan(d)) continue;
-    if (std::abs(d) > std::numbers::pi) {
+    if (std::abs(d) > farthest) {
       ++s.disagree;
       continue;
     }
@@ -71,6 +71,12 @@ bool has_coordinate(const DirectionDecode& d) { return !d.coordinate_px.empty() 
 
 }  // namespace
 
+double farthest_rad(const DirectionDecode& decode) {
+  constexpr double kMostWords = 4.5;
+  const bool code_only = decode.wrapped_rad.empty();
+  return code_only ? kMostWords * kTwoPi : std::numbers::pi;
+}
+
 double phase_origin_px(const Twin& twin, const DirectionDecode& decode) {
   for (const DirectionFringes& d : twin.fringes.directions)
     if (d.axis == decode.axis) return d.phase_origin_px.at(d.finest());
@@ -97,11 +103,10 @@ std::vector<PhaseRow> phase_rows(const Twin& twin, const measure::Measurement& r
 ImageF phase_difference(const DirectionDecode& real, const DirectionDecode& simulated) {
   const ImageD &r = real.coordinate_px, &s = simulated.coordinate_px;
   ImageF out(r.width, r.height);
-  const double per_px = kTwoPi / finest_pitch_px(real);
+  const double per_px = kTwoPi / finest_pitch_px(real), farthest = farthest_rad(real);
   for (std::size_t i = 0; i < r.size(); ++i) {
     const double d = per_px * (s.data[i] - r.data[i]);
-    out.data[i] =
-        std::abs(d) <= std::numbers::pi ? static_cast<float>(d) : std::numeric_limits<float>::quiet_NaN();
+    out.data[i] = std::abs(d) <= farthest ? static_cast<float>(d) : std::numeric_limits<float>::quiet_NaN();
   }
   return out;
 }

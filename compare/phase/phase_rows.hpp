@@ -15,8 +15,12 @@ std::vector<PhaseRow> phase_rows(const Twin& twin, const measure::Measurement& r
                                  const measure::Measurement& simulated);
 
 /// Returns 2 pi (x_sim - x_real) / pitch of one camera and direction (indices into both measurements' common
-/// directions); NaN where one side is invalid or the fringe orders disagree (|difference| > pi).
+/// directions); NaN where one side is invalid or the fringe orders disagree (farthest_rad()).
 ImageF phase_difference(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated);
+
+/// Returns how far two phases of one fringe order may differ: pi, half a fringe. A code alone is read in
+/// whole words, of which the neighbours are no other order: 4.5 of them.
+double farthest_rad(const measure::DirectionDecode& decode);
 
 /// Returns the projector coordinate at which the decode's finest pitch has phase 0, as the twin says.
 double phase_origin_px(const Twin& twin, const measure::DirectionDecode& decode);

@@ -97,10 +97,17 @@ void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Came
   sensor.append_to(blocks);
 }
 
+std::string halo_text(const std::vector<Halo>& halo) {
+  std::vector<std::string> parts;
+  for (const Halo& h : halo) parts.push_back(numbers(std::vector<double>{h.share, h.sigma_px}));
+  return fmt::format("[{}]", fmt::join(parts, ", "));
+}
+
 void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, const Projector& after) {
   ChangedKeys keys({.table = {"projector"}});
   add_device(keys, before.lens, before.T_proj_world, after.lens, after.T_proj_world);
   keys.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
+  keys.key("halo", halo_text(before.halo), halo_text(after.halo));
   keys.key("response", response_text(before.response), response_text(after.response));
   keys.key("light_field", numbers(before.light_field), numbers(after.light_field));
   keys.key("light_factors", numbers(before.light_factors), numbers(after.light_factors));

@@ -27,6 +27,8 @@ struct CompareOptions {
   /// Phase steps of the gray/phase comparison; empty = all (a measured object is built from the
   /// even steps and compared with the odd ones).
   std::vector<int> use_steps;
+  /// Images of the sequence that are not compared.
+  std::vector<int> leave_out_images = {};
   std::string note;  ///< what this comparison can and cannot show, printed in the report
   /// How exact the simulated images are; a camera that is not named counts as exact.
   std::vector<RenderNote> rendered;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "render/pattern/waveform.hpp"
+#include "render/pattern/waveform_tables.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
@@ -187,6 +188,11 @@ void refuse_combinations(const Twin& twin) {
   if (p.optics && gaps)
     refuse("gaps between the projector's pixels (pixel_fill below 1) cannot be combined with its defocus",
            "describe the blur of the gaps by blur_px");
+  if (p.has_halo() && images)
+    refuse("pattern images cannot be combined with the projector's halo", "leave out halo");
+  if (p.has_halo() && gaps)
+    refuse("gaps between the projector's pixels (pixel_fill below 1) cannot be combined with its halo",
+           "describe the blur of the gaps by blur_px");
   if (p.optics && images)
     refuse("pattern images cannot be combined with the projector's defocus", "describe the blur by blur_px");
   if (p.has_blur_field() && (p.pixel_structure || p.optics))
@@ -269,10 +275,13 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
       direct.push_back(periodic_slot(twin, spec, i, center, &tables));
     } else {
       DirectSlot slot = gray_slot(twin, spec, i, center);
-      // Defocus of blurred edges is made from a table, too.
-      const bool overlap = widest_blur_px(*twin.projector) * slot.a[0] > kWidestEdgeWords ||
+      // Defocus of blurred edges is made from a table, too, and so is a halo.
+      const bool overlap = twin.projector->has_halo() ||
+                           widest_blur_px(*twin.projector) * slot.a[0] > kWidestEdgeWords ||
                            (twin.projector->optics && twin.projector->blur_px > 0.0);
-      if (overlap) refuse_table_of_varying_blur(twin, "the edges of the Gray code overlap");
+      if (overlap)
+        refuse_table_of_varying_blur(twin, twin.projector->has_halo() ? "Gray code with a halo"
+                                                                      : "the edges of the Gray code overlap");
       direct.push_back(overlap ? axis_slot(twin, spec, i, center) : std::move(slot));
     }
   }

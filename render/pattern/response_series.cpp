@@ -62,6 +62,16 @@ void give_contrast(double contrast, PhaseSeries* series) {
   for (std::size_t k = 1; k < series->b.size(); ++k) series->b[k] *= contrast;
 }
 
+/// Takes from each harmonic what the halo does; without one no bit changes.
+void give_halo(const Projector& projector, double pitch_px, PhaseSeries* series) {
+  if (!projector.has_halo()) return;
+  for (std::size_t k = 1; k < series->a.size(); ++k) {
+    const double left = projector.halo_attenuation(static_cast<double>(k) / pitch_px);
+    series->a[k] *= left;
+    if (!series->b.empty()) series->b[k] *= left;
+  }
+}
+
 }  // namespace
 
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -106,6 +116,7 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
       carried.back()[p] =
           short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs, d.harmonics_of(p));
       give_contrast(d.contrast_of(p), &carried.back()[p]);
+      give_halo(*twin.projector, d.pitches_px[p], &carried.back()[p]);
     }
   }
   // Added harmonics cost no pairs where they are formed from the fundamental (formed_harmonics.hpp).

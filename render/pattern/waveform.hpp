@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes the light that the projector really throws for a pattern, in double precision: pattern value ->
 // response, and harmonics beside it -> blur (docs/CONVENTIONS.md), as a function of the projector coordinate
-// and as tables for the shaders.
+// and as samples of it.
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "render/base/phase_series.hpp"
@@ -48,6 +49,8 @@ class EffectivePattern {
   /// Returns the fraction of full scale at `coordinate_px` along the pattern's axis. The pattern continues
   /// beyond the projector's image; whether light reaches a point there is the renderer's business.
   double operator()(double coordinate_px) const;
+  /// Returns its values at first_px + i / per_px, those of blurred code images to 3e-8 of full scale.
+  std::vector<double> table(double first_px, double per_px, std::size_t n) const;
 
  private:
   enum class Method { direct, series, convolution, edges, pixels };
@@ -77,22 +80,5 @@ class EffectivePattern {
   std::vector<Edge> edges_;     ///< ascending, Gray images
   double first_value_ = 0.0;    ///< left of all edges
 };
-
-/// Tabulates one period of a phase step: sample i at theta = 2 pi (x - origin)/pitch = 2 pi i / samples, i.e.
-/// at x = origin + i pitch / samples; the step's own shift 2 pi n/N is in the values.
-std::vector<float> periodic_waveform(const Twin& twin, const PatternSpec& pattern, int samples);
-
-/// Tabulates any pattern along its whole axis: sample i at *first_px + i / samples_per_px, covering the
-/// projector's image [-0.5, size - 0.5] and pattern_margin_px() on either side.
-std::vector<float> axis_waveform(const Twin& twin, const PatternSpec& pattern, double samples_per_px,
-                                 double* first_px);
-
-/// Tabulates the frame buffer's pixels one by one from *first_px on, with the same margin (pixel structure
-/// without Gaussian blur).
-std::vector<float> pixel_waveform(const Twin& twin, const PatternSpec& pattern, int* first_px);
-
-/// Tabulates a white image across one projector pixel from border to border, with the gaps between pixels and
-/// the Gaussian blur, mean 1; two samples more than one period. The table is empty without gaps or blur.
-std::vector<float> gap_waveform(const Projector& projector);
 
 }  // namespace fringetwin::render

@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "render/base/quadrature.hpp"
+#include "render/pattern/waveform_tables.hpp"
 
 namespace fringetwin::render::waveform_test {
 namespace {

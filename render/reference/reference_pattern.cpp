@@ -177,7 +177,8 @@ double ReferencePattern::sum_pieces(double x, double radius, double width, doubl
   return sum / weights;
 }
 
-double ReferencePattern::smooth(double x, double radius) const {
+// The light of a sine after the blur and, where a part of it is spread further, another Gaussian.
+double ReferencePattern::smooth(double x, double radius, double further_px) const {
   if (projector_.blur_px == 0.0)
     return over_disk(
         radius, [&](double o) { return response(pattern_value(fringes_, spec_, x - o)); },
@@ -188,7 +189,8 @@ double ReferencePattern::smooth(double x, double radius) const {
   for (std::size_t k = 0; k < fourier_.size(); ++k) {
     const double u = 2.0 * pi * static_cast<double>(k) * radius / pitch_px_;
     const double disk = u == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, u) / u;
-    sum += fourier_[k] * disk * std::cos(static_cast<double>(k) * t);
+    const double v = pi * static_cast<double>(k) * further_px / pitch_px_;
+    sum += fourier_[k] * std::exp(-2.0 * v * v) * disk * std::cos(static_cast<double>(k) * t);
   }
   return sum;
 }
@@ -217,18 +219,29 @@ double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Ve
   return contrast_ == 1.0 ? light : contrast_ * light + (1.0 - contrast_) * mean_;
 }
 
-// The light of a fringe that has all its contrast.
+// The light of a fringe that has all its contrast: that of each part of the point spread.
 double ReferencePattern::full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
   const double x = (axis_ == Axis::x ? q_px.x() : q_px.y()) - shift_px_;
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   const double sigma =
       projector_.has_blur_field() ? std::sqrt(projector_.blur_variance_px2(q_px)) : projector_.blur_px;
+  double light = 0.0, rest = 1.0;
+  for (const Halo& part : projector_.halo) {
+    light += part.share * spread_light(x, radius, std::hypot(sigma, part.sigma_px), part.sigma_px);
+    rest -= part.share;
+  }
+  return light + rest * spread_light(x, radius, sigma, 0.0);
+}
+
+// The light where a Gaussian of this sigma, which is wider than the blur by another of `further_px`, and a
+// disk spread it.
+double ReferencePattern::spread_light(double x, double radius, double sigma, double further_px) const {
   if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5, sigma);
   if (!spec_.is_gray()) {
     const bool sine = fringes_.waveform.kind == Waveform::Kind::sine;
     return (!sine                         ? waveform(x, radius, sigma)
             : projector_.has_blur_field() ? convolve(x, sigma)
-                                          : smooth(x, radius)) +
+                                          : smooth(x, radius, further_px)) +
            harmonics(x, radius, sigma);
   }
   const DirectionFringes& d = fringes_.directions[spec_.direction];

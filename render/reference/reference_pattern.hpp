@@ -32,10 +32,11 @@ class ReferencePattern {
   double frame_buffer(long pixel) const;
   double harmonics(double x, double radius, double sigma) const;
   double full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
+  double spread_light(double x, double radius, double sigma, double further_px) const;
   double mean_over_a_period() const;
   double sum_pieces(double x, double radius, double width, double start, double sigma) const;
   double convolve(double x, double sigma) const;
-  double smooth(double x, double radius) const;
+  double smooth(double x, double radius, double further_px) const;
   double waveform(double x, double radius, double sigma) const;
 
   Projector projector_;

@@ -460,6 +460,7 @@ Twin everything() {
   p.reference_distance_mm = 270.0;
   p.blur_px = 1.0;
   p.blur_field_px2 = {0.1, 0.0, 0.2, 0.0, 0.0};
+  p.halo = {{.share = 0.1, .sigma_px = 3.0}};
   p.light_field = {0.1, 0.0};
   twin.room.lamp_world = {0.0, 0.1, -0.2};
   p.response = {ProjectorResponse::Kind::gamma, 2.2, {}};

@@ -24,6 +24,13 @@ std::string where(const Twin& twin, const Object& object) {
 
 std::vector<int> built_from_steps(const Twin& twin, const Object& object, const MeasuredShape& shape) {
   std::vector<int> used;
+  if (twin.fringes.steps == 0) {  // a code alone is decoded whole
+    if (shape.steps == "all") return used;
+    throw UserError(
+        ExitCode::usage, where(twin, object),
+        fmt::format("steps = \"{}\" takes a part of the phase steps, and there are none", shape.steps),
+        "set steps = \"all\": the shape is built from the whole code, and gray levels are compared");
+  }
   for (int n = 0; n < twin.fringes.steps; ++n)
     if (uses(shape, n)) used.push_back(n);
   if (used.size() < kStepsOfAPhase)

@@ -298,6 +298,32 @@ void read_blur_field(const TomlTable& table, Projector& projector) {
         "the variance must be positive everywhere");
 }
 
+/// Reads the tails of the point spread and refuses what they cannot go with.
+void read_halo(const TomlTable& table, Projector& projector) {
+  static const std::string key = "halo";
+  const auto lists = table.lists_of_rows(key, 2, NumberRange::between(0.0, kWidestHaloPx));
+  if (!lists || lists->empty()) return;
+  if (lists->size() > 1) table.fail(key, "has lists within lists", "write [[share, sigma_px], ...]");
+  const std::vector<std::vector<double>>* rows = &lists->front();
+  if (rows->size() > kMostHalos)
+    table.fail(key, fmt::format("has {} parts", rows->size()), fmt::format("give {} at most", kMostHalos));
+  double sum = 0.0;
+  for (const std::vector<double>& row : *rows) {
+    projector.halo.push_back({.share = row[0], .sigma_px = row[1]});
+    sum += row[0];
+  }
+  if (sum > 1.0)
+    table.fail(key, fmt::format("has shares of the light whose sum is {:.6g}", sum),
+               "write [[share, sigma_px], ...] with shares that are parts of 1");
+  if (!projector.has_halo()) return;
+  if (!(projector.blur_px > 0.0))
+    table.fail(key, "goes with a blur, and there is none",
+               "give blur_px: what spreads the rest of the light");
+  if (projector.pixel_structure && projector.pixel_fill < 1.0)
+    table.fail(key, "cannot be combined with gaps between the projector's pixels (pixel_fill below 1)",
+               "describe the blur of the gaps by blur_px");
+}
+
 /// Reads the field of the light: complete orders of terms.
 void read_light_field(const TomlTable& table, Projector& projector) {
   static const std::string key = "light_field";
@@ -345,6 +371,7 @@ std::optional<Projector> read_projector(const TomlTable& root, const TwinFileCon
   if (const auto optics = table->table("optics")) projector.optics = read_optics(*optics);
   check_pixels(*table, projector);
   read_blur_field(*table, projector);
+  read_halo(*table, projector);
   read_light_field(*table, projector);
   return projector;
 }

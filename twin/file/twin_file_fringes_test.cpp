@@ -74,6 +74,34 @@ TEST_F(TwinFileFringes, BlurFieldOfTheProjector) {
               HasSubstr("cannot be combined with pixel_structure"));
 }
 
+TEST_F(TwinFileFringes, HaloOfTheProjector) {
+  const std::string head = kHead + kCamera + kFringes;
+  const auto halo = [&](const std::string& pairs) {
+    return *load(head + with(kProjector, "blur_px", "blur_px = 0.5\nhalo = " + pairs)).projector;
+  };
+  EXPECT_FALSE(load(head + kProjector).projector->has_halo());
+  EXPECT_FALSE(halo("[]").has_halo());
+  EXPECT_FALSE(halo("[[0, 3]]").has_halo());
+  const Projector p = halo("[[0.2, 1.5], [0.1, 40]]");
+  ASSERT_EQ(p.halo.size(), 2u);
+  EXPECT_EQ(p.halo[1].share, 0.1);
+  EXPECT_EQ(p.halo[1].sigma_px, 40.0);
+  EXPECT_EQ(p.halo_attenuation(0.0), 1.0);
+  EXPECT_NEAR(p.halo_attenuation(1e3), 0.7, 1e-12);
+  const auto wrong = [&](const std::string& lines) {
+    return error(head + with(kProjector, "blur_px", lines), "halo");
+  };
+  EXPECT_THAT(wrong("halo = [[0.2, 1.5]]"), HasSubstr("goes with a blur, and there is none"));
+  EXPECT_THAT(wrong("blur_px = 1\nhalo = [[0.6, 1.5], [0.6, 9]]"), HasSubstr("whose sum is 1.2"));
+  EXPECT_THAT(wrong("blur_px = 1\nhalo = [[0.1, 1], [0.1, 2], [0.1, 3], [0.1, 4], [0.1, 5]]"),
+              HasSubstr("has 5 parts"));
+  EXPECT_THAT(wrong("blur_px = 1\nhalo = [[-0.1, 1]]"), HasSubstr("halo"));
+  EXPECT_THAT(wrong("blur_px = 1\nhalo = [0.1, 1]"), HasSubstr("halo"));
+  EXPECT_THAT(wrong("blur_px = 1\nhalo = [[[0.1, 1]], [[0.1, 2]]]"), HasSubstr("lists within lists"));
+  EXPECT_THAT(wrong("blur_px = 1\npixel_structure = true\npixel_fill = 0.9\nhalo = [[0.1, 1]]"),
+              HasSubstr("pixel_fill below 1"));
+}
+
 TEST_F(TwinFileFringes, LightFieldOfTheProjector) {
   const std::string head = kHead + kCamera + kFringes;
   const auto field = [&](const std::string& numbers) {
