@@ -178,8 +178,9 @@ struct Projector {
   bool has_image_shifts() const {
     return std::ranges::any_of(image_shifts_px, [](double px) { return px != 0.0; });
   }
+  /// A part without a share counts: a fit begins there, and a code is rendered by one method all along.
   bool has_halo() const {
-    return std::ranges::any_of(halo, [](const Halo& h) { return h.share != 0.0 && h.sigma_px != 0.0; });
+    return std::ranges::any_of(halo, [](const Halo& h) { return h.sigma_px != 0.0; });
   }
   /// Returns what the halo leaves of a wave of light, besides what the blur does: the Fourier transform of
   /// (1 - sum of shares) delta + sum of share_i Gaussian_i.

@@ -40,14 +40,14 @@ void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double chang
   }
 }
 
-/// Widths of a halo that is looked for: of a near tail, and of a veil.
-constexpr double kHaloLadderPx[] = {2.0, 32.0};
 constexpr double kMostLightInHalo = 0.9;  ///< in all of its parts
 constexpr double kMostHaloGrowth = 8.0;   ///< of a part's width in one refinement
 
 bool has_code(const Twin& twin) {
   return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
 }
+/// Returns whether the bits of a code are what twins are fitted to: beside phase steps they are not.
+bool is_code_alone(const Twin& twin) { return twin.fringes.steps == 0 && has_code(twin); }
 
 /// Returns whether a halo of the projector can be rendered.
 bool can_have_halo(const Twin& twin) {
@@ -60,14 +60,6 @@ bool can_have_halo(const Twin& twin) {
 bool has_pitches(const Twin& twin) {
   return std::ranges::any_of(twin.fringes.directions,
                              [](const DirectionFringes& d) { return d.pitches_px.size() > 1; });
-}
-
-/// Returns a part of the halo of a twin, which it is given where it has none.
-Halo& part_of_halo(Twin& twin, std::size_t k) {
-  std::vector<Halo>& halo = twin.projector->halo;
-  if (halo.empty())
-    for (const double sigma_px : kHaloLadderPx) halo.push_back({.share = 0.0, .sigma_px = sigma_px});
-  return halo.at(k);
 }
 
 /// Lists what light and surfaces do.
@@ -155,23 +147,20 @@ class ParameterList : private GroupList {
         twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2 : 0.0;
   }
 
-  /// Share and width of each part of the halo that the twin has; of a twin without one, the shares of a
-  /// ladder of widths: the light is linear in them, so that the fit cannot go astray.
+  /// Share and width of each part of the halo that the twin has: without a share, nothing tells a width.
   void add_halo() {
-    if (!twin_.projector || !can_have_halo(twin_) || !(has_code(twin_) || has_pitches(twin_))) return;
+    if (!twin_.projector || !can_have_halo(twin_) || !(is_code_alone(twin_) || has_pitches(twin_))) return;
     const std::vector<Halo>& parts = twin_.projector->halo;
-    const bool is_new = parts.empty();
-    const double most =
-        kMostLightInHalo / static_cast<double>(is_new ? std::size(kHaloLadderPx) : parts.size());
-    for (std::size_t k = 0; k < (is_new ? std::size(kHaloLadderPx) : parts.size()); ++k) {
-      Parameter& share = add(fmt::format("projector.halo.{}.share", k + 1), "", is_new ? 0.0 : parts[k].share,
-                             0.01, [k](Twin& t, double d) { part_of_halo(t, k).share += d; });
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      if (parts[k].sigma_px == 0.0) continue;
+      Parameter& share = add(fmt::format("projector.halo.{}.share", k + 1), "", parts[k].share, 0.01,
+                             [k](Twin& t, double d) { t.projector->halo.at(k).share += d; });
       share.smallest = 0.0;
-      share.largest = std::max(most, share.start);
-      if (is_new) continue;
+      share.largest = std::max(kMostLightInHalo / static_cast<double>(parts.size()), share.start);
       const double sigma_px = parts[k].sigma_px;
-      Parameter& width = add(fmt::format("projector.halo.{}.sigma_px", k + 1), "px", sigma_px,
-                             0.05 * sigma_px, [k](Twin& t, double d) { part_of_halo(t, k).sigma_px += d; });
+      Parameter& width =
+          add(fmt::format("projector.halo.{}.sigma_px", k + 1), "px", sigma_px, 0.05 * sigma_px,
+              [k](Twin& t, double d) { t.projector->halo.at(k).sigma_px += d; });
       width.smallest = sigma_px / kMostHaloGrowth;
       width.largest = std::min(sigma_px * kMostHaloGrowth, kWidestHaloPx);
     }
@@ -316,7 +305,7 @@ const ParameterGroup& parameter_group(const std::string& name) {
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps) {
   // pitches alone tell a halo from the blur where nothing else differs, and that is for `--refine`
-  if (group == "halo" && !has_code(twin)) return {};
+  if (group == "halo" && !is_code_alone(twin)) return {};
   std::vector<Parameter> all = geometry_parameters(twin, group);
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
   for (Parameter& p : closed_parameters(twin, group, use_steps)) {

@@ -81,7 +81,8 @@ TEST_F(TwinFileFringes, HaloOfTheProjector) {
   };
   EXPECT_FALSE(load(head + kProjector).projector->has_halo());
   EXPECT_FALSE(halo("[]").has_halo());
-  EXPECT_FALSE(halo("[[0, 3]]").has_halo());
+  EXPECT_FALSE(halo("[[0.1, 0]]").has_halo());
+  EXPECT_EQ(halo("[[0, 3]]").halo_attenuation(0.1), 1.0);
   const Projector p = halo("[[0.2, 1.5], [0.1, 40]]");
   ASSERT_EQ(p.halo.size(), 2u);
   EXPECT_EQ(p.halo[1].share, 0.1);
