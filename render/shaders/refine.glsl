@@ -10,8 +10,9 @@ double triangle_t(const Hit hit, int i, dvec3 o, dvec3 d) {
   dvec3 o_object = dvec3(dot(rows[0], dvec4(o, 1.0)), dot(rows[1], dvec4(o, 1.0)), dot(rows[2], dvec4(o, 1.0)));
   dvec3 d_object = dvec3(dot(rows[0].xyz, d), dot(rows[1].xyz, d), dot(rows[2].xyz, d));
   int k = 3 * (int(texelFetch(primitive_data, PRIMITIVE_TEXELS * i + 3).y) + max(hit.triangle, 0));
-  dvec3 v0 = dvec3(FETCH_TRIANGLE(k).xyz);
-  dvec3 n = cross(dvec3(FETCH_TRIANGLE(k + 1).xyz) - v0, dvec3(FETCH_TRIANGLE(k + 2).xyz) - v0);
+  vec4 corner0 = FETCH_TRIANGLE(k), corner1 = FETCH_TRIANGLE(k + 1), corner2 = FETCH_TRIANGLE(k + 2);
+  dvec3 v0 = dvec3(corner0.xyz);
+  dvec3 n = cross(dvec3(corner1.xyz) - v0, dvec3(corner2.xyz) - v0);
   double slope = dot(n, d_object);
   return slope != 0.0 ? dot(n, v0 - o_object) / slope : double(hit.t);  // edge-on
 }

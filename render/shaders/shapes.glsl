@@ -133,10 +133,13 @@ bool cylinder_blocks(const Primitive g, const Hit hit, vec3 o, vec3 to_light) {
 
 #ifdef PRECISE
 // In double the schoolbook forms are good enough: kind_t() computes again where a ray meets the primitive i,
-// near the t that was found in single precision.
+// near the t that was found in single precision. What is fetched goes into a variable before it becomes double:
+// NVIDIA's compiler (driver 580.159) makes other numbers of a fetch that is converted at once (tests/house/
+// fetched_doubles.py refuses that).
 dvec4 exact(int i, int k) {
   int texel = PRIMITIVE_TEXELS * i + k;
-  return dvec4(texelFetch(primitive_data, texel)) + dvec4(texelFetch(primitive_data, texel + 4));
+  vec4 value = texelFetch(primitive_data, texel), rest = texelFetch(primitive_data, texel + 4);
+  return dvec4(value) + dvec4(rest);
 }
 
 double nearest_root(dvec3 f, dvec3 d, double r, double t) {
