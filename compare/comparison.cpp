@@ -75,10 +75,16 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
   return own;
 }
 
-std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const Side& simulated,
-                                      const CompareOptions& options, const CalibrationBudget* calibration,
-                                      Milestones& progress, Comparison& out) {
-  std::vector<GridSamples> samples;
+/// What causes are fitted to, a camera each: the images that the gain is fitted on, and those with the images
+/// of a code; the latter empty where there are no more.
+struct CauseSamples {
+  std::vector<GridSamples> of_steps, with_codes;
+};
+
+CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simulated,
+                          const CompareOptions& options, const CalibrationBudget* calibration,
+                          Milestones& progress, Comparison& out) {
+  CauseSamples samples;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
   std::vector<std::optional<GrayNoise>> noises(pairs.size());
   for_each_parallel(static_cast<int>(pairs.size()),
@@ -127,7 +133,12 @@ std::vector<GridSamples> compare_gray(const Twin& twin, const Side& real, const 
     GridSamples grid = grid_samples(pair, c, fit, noise, interior, rendering.with_edges_dn, kCausePixels);
     if (grid.n_pixels() == 0) continue;
     find_texture_edges(pair, fit.usable, noise, grid);
-    samples.push_back(std::move(grid));
+    if (const std::vector<int> images = pair.gain_and_code_images(); images.size() > grid.images.size()) {
+      GridSamples& coded = samples.with_codes.emplace_back(
+          grid_samples(pair, c, fit, noise, interior, rendering.with_edges_dn, kCausePixels, images));
+      coded.at_texture_edge = grid.at_texture_edge;
+    }
+    samples.of_steps.push_back(std::move(grid));
   }
   return samples;
 }
@@ -146,9 +157,45 @@ std::vector<std::string> refined_groups(const Refinement& refinement, const Twin
   return groups;
 }
 
+Sensitivity sensitivity_of(const Twin& twin, const CompareOptions& options,
+                           std::vector<GridSamples> samples) {
+  find_projector_places(*options.renderer, twin, samples);
+  find_room_light(*options.renderer, twin, samples);
+  Sensitivity sensitivity(*options.renderer, std::move(samples));
+  sensitivity.add_scatter_of(twin);
+  // what the pixels have of their own is taken from these images: no evidence
+  if (options.textured()) sensitivity.free_in_all(free_per_pixel(options.refinement->own));
+  return sensitivity;
+}
+
+bool names_blur(const Causes& causes) {
+  return std::ranges::any_of(causes.together, [](const std::string& together) {
+    const std::vector<std::string> groups = groups_in(together);
+    return std::ranges::find(groups, "blur") != groups.end();
+  });
+}
+
+/// Looks for the causes again with the images of a code: from the steps of one pitch a blur and a halo are
+/// one number, its contrast, of which the edges of a code tell more. What they name is the answer; where they
+/// name nothing, what the steps have named stays and the reader is told.
+void look_at_codes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
+                   Comparison& out) {
+  Sensitivity sensitivity = sensitivity_of(twin, options, std::move(samples));
+  Causes causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
+  if (causes.rows.empty()) return;
+  if (!causes.together.empty()) {
+    out.causes = std::move(causes);
+    return;
+  }
+  out.warnings.push_back(fmt::format(
+      "{} explains the phase steps but not the images of the code (chi2 {:.3g} of a gray value with them): "
+      "the light may be spread in another way, or these images lit in another",
+      out.causes.together.front(), causes.chi2));
+}
+
 /// Does nothing where gray values are explained. `other_fringes`: the warnings say that other fringes were
 /// shown than described, or far from where; the best of wrong causes would be named.
-void look_for_causes(const Twin& twin, const CompareOptions& options, std::vector<GridSamples> samples,
+void look_for_causes(const Twin& twin, const CompareOptions& options, CauseSamples samples,
                      bool other_fringes, Comparison& out) {
   // Causes are fitted to gray values: where these are explained, what fails (ripples, noise that the twin
   // understates, objects that it lacks) is none of them, and the best of wrong ones would be named.
@@ -156,22 +203,19 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, std::vecto
     return row.state == kNotExplained && row.quantity != "coverage";
   });
   const std::string gray = worst_state(out.explained, "gray");
-  if (!any || gray == kExplained || gray == kTooWide || samples.empty() || !twin.projector) return;
+  if (!any || gray == kExplained || gray == kTooWide || samples.of_steps.empty() || !twin.projector) return;
   if (other_fringes) {
     out.warnings.emplace_back(
         "no cause is looked for: the real images show other fringes than the twin, or show them "
         "elsewhere (see above)");
     return;
   }
-  find_projector_places(*options.renderer, twin, samples);
-  find_room_light(*options.renderer, twin, samples);
-  Sensitivity sensitivity(*options.renderer, std::move(samples));
-  sensitivity.add_scatter_of(twin);
-  // what the pixels have of their own is taken from these images: no evidence
-  if (options.textured()) sensitivity.free_in_all(free_per_pixel(options.refinement->own));
+  Sensitivity sensitivity = sensitivity_of(twin, options, std::move(samples.of_steps));
   out.causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
   if (!out.causes.rows.empty() && out.causes.together.empty())
     out.causes.pattern = pattern_of_rest(sensitivity, twin);
+  if (names_blur(out.causes) && !samples.with_codes.empty())
+    look_at_codes(twin, options, std::move(samples.with_codes), out);
   if (options.refinement) out.causes.refined = refined_groups(*options.refinement, twin);
 }
 
@@ -339,7 +383,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);
   const CalibrationBudget* calibration = budget ? &*budget : nullptr;
   progress.step();
-  std::vector<GridSamples> samples = compare_gray(twin, real, simulated, options, calibration, progress, out);
+  CauseSamples samples = compare_gray(twin, real, simulated, options, calibration, progress, out);
   out.noise = all_noise_rows(twin, real, simulated, options);
   const bool is_far_off = real.measurement && simulated.measurement &&
                           compare_phase(twin, real, simulated, options, calibration, true, &progress, out);

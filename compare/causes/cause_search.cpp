@@ -35,8 +35,9 @@ constexpr PixelField kFields[] = {
 CauseSearch::CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits,
                          const std::vector<int>& steps)
     : sensitivity_(sensitivity), twin_(twin), fits_(fits) {
+  const bool sees_code = sensitivity.holds_code(twin);
   for (const ParameterGroup& group : parameter_groups()) {
-    if (!group.is_searched) continue;
+    if (!group.is_searched || (group.name == "halo" && !sees_code)) continue;
     CauseGroup g{group.name, {}};
     for (Parameter& p : parameters_of(twin, group.name, steps)) {
       g.at.push_back(parameters_.size());
@@ -187,6 +188,11 @@ CauseFit CauseSearch::fit(const std::vector<std::size_t>& groups, const PixelFie
       start.columns = first->columns;
       start.columns_at = first->columns_at;
     }
+  }
+  if (const Eigen::VectorXd lit = with_light_in_halo(own, start_values(own));
+      !first && lit != start_values(own)) {
+    start = {};
+    start.values = lit;
   }
   if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
   start.only_values = only_values;
@@ -360,7 +366,9 @@ const PixelField* CauseSearch::field_of(FreePerPixel free) {
 
 Causes find_causes(Sensitivity& sensitivity, const Twin& twin, const std::vector<FitRow>& fits,
                    const std::vector<int>& steps) {
-  return CauseSearch(sensitivity, twin, fits, steps).run();
+  const Twin searched = sensitivity.holds_code(twin) ? with_empty_halo(twin) : twin;
+  sensitivity.choose_points(searched);
+  return CauseSearch(sensitivity, searched, fits, steps).run();
 }
 
 }  // namespace fringetwin::compare

@@ -85,14 +85,52 @@ TEST(HaloFit, FindsSharesAndWidthsBesideAWrongBlur) {
   });
 }
 
+// From none: shares first, then widths.
+TEST(HaloFit, FindsAHaloThatTheTwinLacks) {
+  const Twin truth = with_halo(coded_window(), kPlanted), twin = with_empty_halo(coded_window());
+  const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  Sensitivity sensitivity(testing::needed_renderer(), samples_of(traced_by_reference(truth), same, frames));
+  sensitivity.choose_points(twin);
+  const std::vector<Parameter> all = parameters(twin, {"halo"});
+  GroupFit fit(sensitivity, twin, all, {.exact = true});
+  EXPECT_TRUE(fit.start_at(with_light_in_halo(all, start_values(all))));
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  const std::vector<double> planted{0.2, 5.0, 0.1, 30.0};
+  ASSERT_EQ(all.size(), planted.size());
+  for (std::size_t k = 0; k < planted.size(); ++k) {
+    EXPECT_TRUE(fit.known()[k].told) << all[k].name;
+    EXPECT_NEAR(fit.known()[k].value, planted[k], 3.0 * fit.known()[k].sigma) << all[k].name;
+  }
+  EXPECT_LT(fit.chi2(), 1.02);
+}
+
+TEST(HaloFit, AnEmptyHaloIsGivenAndTakenWhereThereCanBeOne) {
+  Twin twin = coded_window();
+  const Twin empty = with_empty_halo(twin);
+  ASSERT_EQ(empty.projector->halo.size(), 2u);
+  EXPECT_EQ(empty.projector->halo[0].share, 0.0);
+  EXPECT_LT(empty.projector->halo[0].sigma_px, empty.projector->halo[1].sigma_px);
+  Twin taken = empty;
+  taken.projector->halo[1].share = 0.1;
+  drop_empty_halo(taken);
+  ASSERT_EQ(taken.projector->halo.size(), 1u);
+  EXPECT_EQ(taken.projector->halo[0].share, 0.1);
+  EXPECT_EQ(with_empty_halo(taken).projector->halo.size(), 1u);  // it has one
+  twin.projector->blur_px = 0.0;                                 // a halo goes with a blur
+  EXPECT_TRUE(with_empty_halo(twin).projector->halo.empty());
+}
+
 TEST(HaloFit, IsNotOfferedWhereNothingTellsIt) {
   const std::vector<Halo> one{{.share = 0.1, .sigma_px = 5.0}};
   Twin twin = coded_window();
   EXPECT_TRUE(refinable_parameters_of(twin, "halo").empty());  // a fit needs a halo to begin with
   twin.projector->halo = one;
   EXPECT_EQ(parameters_of(twin, "halo").size(), 2u);
-  twin.fringes.steps = 4;  // then the bits take no part, and there is one pitch
-  EXPECT_TRUE(refinable_parameters_of(twin, "halo").empty());
+  twin.fringes.steps = 4;  // then the bits are asked beside the steps of one pitch
+  EXPECT_EQ(refinable_parameters_of(twin, "halo").size(), 2u);
+  twin.fringes.directions[0].gray.reset();
+  EXPECT_TRUE(refinable_parameters_of(twin, "halo").empty());  // of which none tells it
   Twin steps = with_halo(testing::window_on_the_sphere(kWidth, kHeight), one);
   steps.projector->blur_px = 0.5;
   EXPECT_EQ(refinable_parameters_of(steps, "halo").size(), 2u);

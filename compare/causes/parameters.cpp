@@ -42,12 +42,13 @@ void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double chang
 
 constexpr double kMostLightInHalo = 0.9;  ///< in all of its parts
 constexpr double kMostHaloGrowth = 8.0;   ///< of a part's width in one refinement
+/// Widths that a halo begins with where the twin has none: beside the blur, and of light that lenses scatter.
+constexpr double kNearPerBlur = 4.0, kFarPx = 30.0;
+constexpr double kLittleLight = 0.05;  ///< in a part of a halo that a fit begins with
 
 bool has_code(const Twin& twin) {
   return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
 }
-/// Returns whether the bits of a code are what twins are fitted to: beside phase steps they are not.
-bool is_code_alone(const Twin& twin) { return twin.fringes.steps == 0 && has_code(twin); }
 
 /// Returns whether a halo of the projector can be rendered.
 bool can_have_halo(const Twin& twin) {
@@ -147,9 +148,9 @@ class ParameterList : private GroupList {
         twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2 : 0.0;
   }
 
-  /// Share and width of each part of the halo that the twin has: without a share, nothing tells a width.
+  /// Share and width of each part of the halo that the twin has, be they without light (with_empty_halo()).
   void add_halo() {
-    if (!twin_.projector || !can_have_halo(twin_) || !(is_code_alone(twin_) || has_pitches(twin_))) return;
+    if (!twin_.projector || !can_have_halo(twin_) || !(has_code(twin_) || has_pitches(twin_))) return;
     const std::vector<Halo>& parts = twin_.projector->halo;
     for (std::size_t k = 0; k < parts.size(); ++k) {
       if (parts[k].sigma_px == 0.0) continue;
@@ -161,6 +162,7 @@ class ParameterList : private GroupList {
       Parameter& width =
           add(fmt::format("projector.halo.{}.sigma_px", k + 1), "px", sigma_px, 0.05 * sigma_px,
               [k](Twin& t, double d) { t.projector->halo.at(k).sigma_px += d; });
+      width.acts_beside_others = parts[k].share == 0.0;  // no light, no width
       width.smallest = sigma_px / kMostHaloGrowth;
       width.largest = std::min(sigma_px * kMostHaloGrowth, kWidestHaloPx);
     }
@@ -305,7 +307,7 @@ const ParameterGroup& parameter_group(const std::string& name) {
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps) {
   // pitches alone tell a halo from the blur where nothing else differs, and that is for `--refine`
-  if (group == "halo" && !is_code_alone(twin)) return {};
+  if (group == "halo" && !has_code(twin)) return {};
   std::vector<Parameter> all = geometry_parameters(twin, group);
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
   for (Parameter& p : closed_parameters(twin, group, use_steps)) {
@@ -320,6 +322,26 @@ std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::stri
   if (group == "motion") return motion_parameters(twin);
   if (group == "halo") return ParameterList(twin, group).run();
   return parameters_of(twin, group, use_steps);
+}
+
+Twin with_empty_halo(const Twin& twin) {
+  if (!twin.projector || twin.projector->has_halo() || !can_have_halo(twin)) return twin;
+  Twin out = twin;
+  const double near_px = kNearPerBlur * twin.projector->blur_px;
+  out.projector->halo = {{.share = 0.0, .sigma_px = near_px},
+                         {.share = 0.0, .sigma_px = std::max(kFarPx, kNearPerBlur * near_px)}};
+  return out;
+}
+
+Eigen::VectorXd with_light_in_halo(const std::vector<Parameter>& parameters, Eigen::VectorXd values) {
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (parameters[k].group == "halo" && parameters[k].name.ends_with(".share"))
+      if (double& share = values[static_cast<Eigen::Index>(k)]; share == 0.0) share = kLittleLight;
+  return values;
+}
+
+void drop_empty_halo(Twin& twin) {
+  if (twin.projector) std::erase_if(twin.projector->halo, [](const Halo& h) { return h.share == 0.0; });
 }
 
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {

@@ -35,6 +35,16 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
 std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::string& group,
                                                const std::vector<int>& use_steps = {});
 
+/// Returns the twin with two parts of a halo of its projector that have no light, a near and a far one, so
+/// that their shares and then their widths can be fitted; the twin as it is where it has a halo or none can
+/// be rendered. The images of a code are then made as with a halo, from a table at points.
+Twin with_empty_halo(const Twin& twin);
+/// Returns the values with a little light in the parts of a halo that have none: where a fit begins whose
+/// widths are to be told.
+Eigen::VectorXd with_light_in_halo(const std::vector<Parameter>& parameters, Eigen::VectorXd values);
+/// Takes the parts of a halo that have no light from the projector.
+void drop_empty_halo(Twin& twin);
+
 /// Returns the twin with these values in place of the start values; parameters change it one after the other,
 /// those that change no twin leave it (Sensitivity::predicted() knows them).
 Twin with_values(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values);

@@ -19,9 +19,10 @@ namespace {
 constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
 constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
 constexpr int kMostAttempts = 4;
-constexpr double kNoChange = 1e-7;    ///< of the images' size: rounding
-constexpr double kSampledWell = 0.2;  ///< standard deviations
-constexpr double kNoSpread = 1e-6;    ///< of a sum of squares: the values are all alike
+constexpr double kNoChange = 1e-7;         ///< of the images' size: rounding
+constexpr double kSampledWell = 0.2;       ///< standard deviations
+constexpr double kPointsMayDiffer = 0.05;  ///< standard deviations, rms
+constexpr double kNoSpread = 1e-6;         ///< of a sum of squares: the values are all alike
 
 /// What a pixel's real values are of those predicted, both without black level.
 struct PixelLine {
@@ -112,10 +113,10 @@ struct Effects {
 
 GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
                          const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
-                         std::size_t most) {
+                         std::size_t most, std::vector<int> images) {
   GridSamples out;
   out.camera = camera_index;
-  out.images = pair.gain_images;
+  out.images = images.empty() ? pair.gain_images : std::move(images);
   out.gain_dn = out.reference_gain_dn = fit.row.gain_dn;
   out.black_level_dn = fit.row.black_level_dn;
   out.rendering_dn = rendering_dn;
@@ -209,7 +210,7 @@ void Sensitivity::take_exposures(const Twin& twin) {
 
 void Sensitivity::add_scatter_of(const Twin& twin) {
   for (GridSamples& s : samples_) {
-    const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera, kResidualSamples);
+    const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera, residual_samples_);
     if (scatter.size() == 0) continue;
     s.scatter_dn2 = s.gain_dn * s.gain_dn * scatter(s.images, s.images);
     for (std::size_t i = 0; i < s.weight.size(); ++i)
@@ -275,7 +276,7 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
 }
 
 std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
-  const Values coarse = irradiance(twin, kResidualSamples), fine = irradiance(twin, kFineSamples);
+  const Values coarse = irradiance(twin, residual_samples_), fine = irradiance(twin, kFineSamples);
   std::size_t n_left_out = 0;
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     GridSamples& s = samples_[c];
@@ -334,9 +335,30 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 }
 }  // namespace
 
-int Sensitivity::derivative_samples(const Twin& twin) {
-  const bool coded = std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
-  return coded ? kResidualSamples : kDerivativeSamples;
+int Sensitivity::derivative_samples(const Twin& twin) const {
+  return holds_code(twin) ? residual_samples_ : kDerivativeSamples;
+}
+
+bool Sensitivity::holds_code(const Twin& twin) const {
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  return std::ranges::any_of(samples_, [&](const GridSamples& s) {
+    return std::ranges::any_of(
+        s.images, [&](int image) { return sequence[static_cast<std::size_t>(image)].is_gray(); });
+  });
+}
+
+void Sensitivity::choose_points(const Twin& twin) {
+  if (!twin.projector || !twin.projector->has_halo() || !holds_code(twin)) return;
+  const Values few = irradiance(twin, kResidualSamples), many = irradiance(twin, kCodeSamples);
+  double squares = 0.0, n = 0.0;
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    for (std::size_t i = 0; i < few[c].size(); ++i) {
+      if (samples_[c].weight[i] == 0.0F) continue;
+      const auto apart = static_cast<double>(samples_[c].weight[i] * (few[c][i] - many[c][i]));
+      squares += std::pow(samples_[c].gain_dn * apart, 2);
+      n += 1.0;
+    }
+  if (squares > kPointsMayDiffer * kPointsMayDiffer * n) residual_samples_ = kCodeSamples;
 }
 
 Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vector<Parameter>& parameters,

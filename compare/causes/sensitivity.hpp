@@ -16,11 +16,11 @@
 
 namespace fringetwin::compare {
 
-/// Samples at most `most` interior pixels of the pair; the weights come from `noise` and rendering_dn, the
-/// rms rendering error.
+/// Samples at most `most` interior pixels of the pair in `images` of the sequence (empty: those that the gain
+/// is fitted on); the weights come from `noise` and rendering_dn, the rms rendering error.
 GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const GainFit& fit,
                          const GrayNoise& noise, const ImageU8& interior, double rendering_dn,
-                         std::size_t most);
+                         std::size_t most, std::vector<int> images = {});
 
 /// Fills GridSamples::at_texture_edge of samples of this pair.
 void find_texture_edges(const GrayPair& pair, const UsableRange& usable, const GrayNoise& noise,
@@ -76,6 +76,7 @@ class Sensitivity {
   using Values = std::vector<std::vector<float>>;
   /// Points per pixel: of residuals, of derivatives, and of what tells that few points suffice.
   static constexpr int kResidualSamples = 9, kDerivativeSamples = 4, kFineSamples = 36;
+  static constexpr int kCodeSamples = 25;  ///< of residuals where edges of a code from a table need more
   static constexpr double kHuberSigmas = 3.0;
 
   Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples);
@@ -121,16 +122,28 @@ class Sensitivity {
   const std::vector<double>& scale() const { return threshold_; }
   void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
   void choose_scale(const Twin& twin) {
-    choose_scale(irradiance(twin, kResidualSamples), FreePerPixel::nothing);
+    choose_scale(irradiance(twin, residual_samples()), FreePerPixel::nothing);
   }
+  /// Takes more points per pixel for this twin and those like it where the edges of a code, which a projector
+  /// with a halo shows from a table, need them: 9 and 25 points differ by more than 0.05 standard deviations
+  /// rms, which sums over regions would show.
+  void choose_points(const Twin& twin);
+  /// Returns the points per pixel of residuals.
+  int residual_samples() const { return residual_samples_; }
+  /// Returns whether there are images of a code among the samples.
+  bool holds_code(const Twin& twin) const;
 
   /// Returns the irradiance that a twin predicts, from so many points per pixel.
   Values irradiance(const Twin& twin, int samples) const;
   /// Returns the irradiance that a twin with these values predicts, with the effects of those that change no
   /// twin. With `camera` the other cameras' is that of `others`.
   Values predicted(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                   int samples = kResidualSamples, std::optional<std::size_t> camera = {},
-                   const Values* others = nullptr) const;
+                   int samples, std::optional<std::size_t> camera = {}, const Values* others = nullptr) const;
+  /// The same from as many points as residuals have.
+  Values predicted(const Twin& twin, const std::vector<Parameter>& parameters,
+                   const Eigen::VectorXd& values) const {
+    return predicted(twin, parameters, values, residual_samples_);
+  }
 
   /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
   /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
@@ -194,7 +207,7 @@ class Sensitivity {
                 std::size_t at, const Values& base, Derivative derivative, double& step) const;
   /// Returns the points per pixel of derivatives: as many as of residuals where the edges of a code lie
   /// within pixels. With fewer the gradient of a fit that leaves something is not that of what it leaves.
-  static int derivative_samples(const Twin& twin);
+  int derivative_samples(const Twin& twin) const;
   /// The column of a parameter with an effect of its own: nothing is rendered. What light does is done to
   /// the light before the cameras' fitted curves, and seen through them.
   Values closed_column(const Twin& twin, const std::vector<Parameter>& parameters,
@@ -237,6 +250,7 @@ class Sensitivity {
   FreePerPixel own_ = FreePerPixel::nothing;
   std::vector<std::vector<double>> exposures_;  ///< per camera and image of its samples; empty: 1
   std::vector<double> threshold_;               ///< of Huber's weights, standard deviations, per camera
+  int residual_samples_ = kResidualSamples;
 };
 
 }  // namespace fringetwin::compare

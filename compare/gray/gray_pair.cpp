@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "twin/base/errors.hpp"
@@ -128,6 +129,13 @@ std::shared_ptr<const CameraImages> straightened(const CameraImages& images, con
                                           : value;
     }
   out->clip = Clip{static_cast<double>(bound), images.clip ? images.clip->n : 0};
+  return out;
+}
+
+std::vector<int> GrayPair::gain_and_code_images() const {
+  std::vector<int> out;
+  std::ranges::copy_if(images, std::back_inserter(out),
+                       [this](int image) { return !patterns[static_cast<std::size_t>(image)].is_image(); });
   return out;
 }
 

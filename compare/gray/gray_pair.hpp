@@ -31,6 +31,8 @@ struct GrayPair {
   /// Own what `real` and `simulated` point to where gray values are straightened.
   std::shared_ptr<const CameraImages> straight_real = {}, straight_simulated = {};
 
+  /// Returns gain_images and the images of a code, which tell how far light is spread, in their order.
+  std::vector<int> gain_and_code_images() const;
   int width() const { return mask.width; }
   int height() const { return mask.height; }
   /// Returns the real gray value in this image of the sequence at pixel i.

@@ -290,8 +290,9 @@ std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
   std::vector<GridSamples> samples = samples_of(in, real, refined.report, of_fitted, of_all);
   find_room_light(*in.options.renderer, refined.twin, samples);
   Sensitivity sensitivity(*in.options.renderer, std::move(samples));
+  sensitivity.choose_points(refined.twin);
   sensitivity.leave_out_edges(refined.twin);
-  const Sensitivity::Values e = sensitivity.irradiance(refined.twin, Sensitivity::kResidualSamples);
+  const Sensitivity::Values e = sensitivity.irradiance(refined.twin, sensitivity.residual_samples());
   std::vector<HeldOutRow> rows;
   for (std::size_t c = 0; c < e.size(); ++c)
     for (HeldOutRow& row : Prediction(in, refined, sensitivity.samples()[c], e[c]).rows())

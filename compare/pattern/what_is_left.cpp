@@ -101,7 +101,7 @@ LeftOver what_is_left(const GridSamples& s, const std::vector<float>& irradiance
 }
 
 std::vector<PatternRow> pattern_of_rest(const Sensitivity& sensitivity, const Twin& twin) {
-  const Sensitivity::Values predicted = sensitivity.irradiance(twin, Sensitivity::kResidualSamples);
+  const Sensitivity::Values predicted = sensitivity.irradiance(twin, sensitivity.residual_samples());
   const CauseFit as_it_is = fit_cause(sensitivity, twin, {}, FreePerPixel::nothing, {.predicted = predicted});
   const auto n = static_cast<double>(as_it_is.n);
   double excess = as_it_is.chi2 > sensitivity.chi2_limit(n) ? n * (as_it_is.chi2 - 1.0) : 0.0;

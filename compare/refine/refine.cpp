@@ -43,6 +43,12 @@ bool matches(const Parameter& p, const std::string& asked) {
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
 
+/// Returns whether a part of the projector's halo is asked for, of which the images of a code tell more.
+bool asks_for_halo(const std::vector<std::string>& asked) {
+  return std::ranges::any_of(
+      asked, [](const std::string& a) { return a == "halo" || a.starts_with("projector.halo"); });
+}
+
 bool is_of_field(const Parameter& p) { return p.group == "projector_field"; }
 /// Returns the order of a term of the light field by its name, "projector.light_field.3_1".
 int order_of_term(const std::string& name) { return name[name.size() - 3] - '0' + name.back() - '0'; }
@@ -96,14 +102,14 @@ class Refiner {
  public:
   Refiner(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
           const std::vector<std::string>& asked)
-      : twin_(twin),
+      : twin_(asks_for_halo(asked) ? with_empty_halo(twin) : twin),
         real_(real),
         simulated_(simulated),
         sensitivity_(*options.renderer, collect(options, asked)) {
     keeps_gain_ = is_asked(asked, "gain");
     keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
-    for (Parameter& p : chosen_parameters(twin, asked, options.use_steps)) {
+    for (Parameter& p : chosen_parameters(twin_, asked, options.use_steps)) {
       hold_gain_ = hold_gain_ || p.group == "albedo";
       (p.is_switch ? switches_ : parameters_).push_back(std::move(p));
     }
@@ -166,7 +172,8 @@ class Refiner {
       }
       GridSamples grid = grid_samples(
           pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
-          rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).with_edges_dn, kPixels);
+          rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).with_edges_dn, kPixels,
+          asks_for_halo(asked) ? pairs[c].gain_and_code_images() : pairs[c].gain_images);
       if (grid.n_pixels() == 0) {
         reasons += fmt::format("{}{}: no pixel lies inside a surface that both sides share",
                                reasons.empty() ? "" : "; ", pairs[c].camera->name);
@@ -189,9 +196,11 @@ class Refiner {
   /// Returns the values of the twin, or of the places that the real points give, and leaves out what is
   /// sampled badly there.
   Eigen::VectorXd values_to_begin_at() {
+    sensitivity_.choose_points(twin_);
     sensitivity_.choose_scale(twin_);
     GroupFit start(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_});
     if (real_.measurement) start_at_fitted_places(start, twin_, real_.measurement->cloud);
+    start.start_at(with_light_in_halo(parameters_, start.values()));
     if (const std::size_t n = sensitivity_.leave_out_edges(start.twin()))
       report_.notes.push_back(
           fmt::format("{} pixels on edges of facets and shadows, and beside them, are left out", n));
@@ -392,19 +401,24 @@ std::string refine_names() {
 
 std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
                                             const std::vector<int>& use_steps) {
-  if (!asked.empty()) return chosen_parameters(twin, asked, use_steps);
+  if (!asked.empty())
+    return chosen_parameters(asks_for_halo(asked) ? with_empty_halo(twin) : twin, asked, use_steps);
   std::vector<Parameter> all;
   for (const ParameterGroup& group : parameter_groups())
     for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) all.push_back(std::move(p));
   return all;
 }
 
-void check_refine(const Twin& twin, const std::vector<std::string>& asked) { chosen_parameters(twin, asked); }
+void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
+  chosen_parameters(asks_for_halo(asked) ? with_empty_halo(twin) : twin, asked);
+}
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
-  return Refiner(twin, real, simulated, options, asked).run(worse);
+  Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
+  drop_empty_halo(out.twin);
+  return out;
 }
 
 void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,

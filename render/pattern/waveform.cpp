@@ -253,7 +253,8 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   if (sigma_px_ == 0.0) return;
   if (pattern.is_gray()) {
     method_ = Method::edges;
-    find_edges(d.axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height());
+    find_edges(d.axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height(),
+               twin.projector->has_halo());
     return;
   }
   shift_rad_ = 2.0 * pi * pattern.step / fringes_.steps;
@@ -349,7 +350,9 @@ double EffectivePattern::convolve(double coordinate_px) const {
 }
 
 // Finds the edges of a Gray image: it is constant on half words, and an edge is where two neighbours differ.
-void EffectivePattern::find_edges(double size_px) {
+// A halo reaches far over the image's border: there its first and last pixels go on, and not the code's next
+// words, which nobody shows.
+void EffectivePattern::find_edges(double size_px, bool has_halo) {
   const DirectionFringes& d = fringes_.directions[pattern_.direction];
   const double offset = d.gray ? d.gray->offset_periods : 0.0;
   const double cell = 0.5 * pitch_px_, start = origin_px_ + offset * pitch_px_;
@@ -357,8 +360,9 @@ void EffectivePattern::find_edges(double size_px) {
   const auto first = static_cast<long>(std::floor((-reach - start) / cell)) - 1;
   const auto last = static_cast<long>(std::ceil((size_px + reach - start) / cell)) + 1;
   const auto value = [&](long i) {
-    return respond(response_,
-                   pattern_value(fringes_, pattern_, start + (static_cast<double>(i) + 0.5) * cell));
+    const double center = start + (static_cast<double>(i) + 0.5) * cell;
+    return respond(response_, pattern_value(fringes_, pattern_,
+                                            has_halo ? std::clamp(center, 0.0, size_px - 1.0) : center));
   };
   first_value_ = value(first);
   double previous = first_value_;

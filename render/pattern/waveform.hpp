@@ -65,7 +65,7 @@ class EffectivePattern {
   double sum_edges(double coordinate_px) const;
   double mix_pixels(double coordinate_px) const;
   double pixel_value(double center_px) const;
-  void find_edges(double size_px);
+  void find_edges(double size_px, bool has_halo);
   void find_breaks();
 
   Method method_ = Method::direct;

@@ -241,6 +241,17 @@ TEST(EffectivePatternTest, GrayImagesAreSumsOfErfEdges) {
         << x;
 }
 
+// The first word shown is 0; before it a code that goes on would have its last one, whose highest bit is 1.
+TEST(EffectivePatternTest, BeyondTheImageAHaloSeesTheLastPixelsOfACode) {
+  Twin twin = gray_twin(30.0);
+  twin.fringes.directions[0].phase_origin_px[0] = -0.5;
+  twin.fringes.directions[0].gray->offset_periods = 0.0;
+  const PatternSpec msb{.kind = PatternSpec::Kind::gray_bit, .bit = 0};
+  EXPECT_NEAR(effective_pattern_value(twin, msb, 0.0), 0.5, 0.01);
+  twin.projector->halo = {{.share = 0.1, .sigma_px = 5.0}};
+  EXPECT_NEAR(effective_pattern_value(twin, msb, 0.0), 0.0, 1e-15);
+}
+
 TEST(EffectivePatternTest, GrayWithoutBlurIsSharpAndBlurVanishesAwayFromEdges) {
   const Twin sharp = gray_twin(0.0), soft = gray_twin(1.0);
   for (const PatternSpec& p : expand_sequence(sharp.fringes)) {

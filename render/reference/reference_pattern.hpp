@@ -34,6 +34,7 @@ class ReferencePattern {
   double full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
   double spread_light(double x, double radius, double sigma, double further_px) const;
   double mean_over_a_period() const;
+  double shown_at(double x) const;
   double sum_pieces(double x, double radius, double width, double start, double sigma) const;
   double convolve(double x, double sigma) const;
   double smooth(double x, double radius, double further_px) const;

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::size_t kSlotsPerDispatch = 4U << 20;
 constexpr std::size_t kExactFloat = 1 << 24;  // identities travel as floats
-// The errors of rounding, as shares of single_precision_error_rad: on the paper's rig 3.3e-5 and 3e-6 rad, what
-// the scenes of adaptive_test have on average and a tenth, which the outline of many facets takes.
+// The errors of rounding, as shares of single_precision_error_rad: on the paper's rig 3.3e-5 and 3e-6 rad,
+// what the scenes of adaptive_test have on average and a tenth, which the outline of many facets takes.
 constexpr double kRoundingSingle = 0.66, kRoundingDouble = 0.06;
 // Bounds of formed harmonics, of the targets: of a pixel that is never taken back, of one that always is, and
 // the sum of their squares per pixel.

@@ -35,6 +35,8 @@ double("size_and_blur_wall", "the radius of the sphere before a wall is 0.05 mm 
        [one.radius(0.05), one.blur(1.5)], FULL_BOTH, "size blur")
 double("blur_and_light", "the projector's blur is 1.5 px, and the light flickers by 1 %", [one.blur(1.5), one.flicker(0.01)],
        BALL, "blur light")
+double("halo_and_albedo", "12 % of the projector's light is spread by 18 px, and the sphere sends back 0.8, in the twin 0.76",
+       [one.halo([(0.12, 18.0)]), one.albedo(0.76)], one.CODED_BOTH, "halo albedo")
 double("knee_and_light", "the sensor's line bends by 20 % at 55 % of its scale, and the light flickers by 1 %",
        [one.knee(0.8), one.flicker(0.01)], WALL, "camera_knee light")
 double("knee_and_pose", "the sensor's line bends by 20 % at 55 % of its scale, and the sphere is 0.037 mm off",

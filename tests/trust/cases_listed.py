@@ -9,6 +9,7 @@ from rig import legendre_field
 
 BALL, WALL, BOTH = dict(scene="ball"), dict(scene="wall", small=True), dict(scene="ball+wall", small=True)
 FULL_BOTH = dict(scene="ball+wall")
+CODED_WALL, CODED_BOTH = WALL | dict(unwrap="gray"), BOTH | dict(unwrap="gray")
 TWO, N5, N6 = dict(scene="ball+wall", small=True, cameras=2), dict(steps=5), dict(steps=6)
 GRAY = {"gray": "not explained"}
 
@@ -236,6 +237,27 @@ listed("uneven_pixels", "gains of the pixels scatter by 1 %, offsets by 0.1 % of
        PER_PIXEL + " offset", **VARIES)
 listed("uneven_offsets", "the offsets of the pixels scatter by 0.2 % of full scale", uneven_pixels(0.0, 2e-3), BALL, "offset",
        **VARIES)
+
+
+def blur_of(real_px, twin_px):
+    def plant(rig, twin, random):
+        rig.blur_px, twin.blur_px = real_px, twin_px
+    return plant
+
+
+def halo(parts, blur_px=0.8):
+    """Light that is spread further than the blur, which the twin knows."""
+    def plant(rig, twin, random):
+        rig.blur_px = twin.blur_px = blur_px
+        rig.halo = parts
+    return plant
+
+
+listed("halo", "15 % of the projector's light is spread by 3 px, 8 % by 40 px", halo([(0.15, 3.0), (0.08, 40.0)]), CODED_BOTH,
+       "halo", verdict=GRAY)
+listed("halo_small", "4 % of the projector's light is spread by 25 px", halo([(0.04, 25.0)]), CODED_WALL, "halo", gain=False)
+listed("blur_coded", "the projector's blur is 1.3 px, the twin's 0.8 px; a Gray code beside the steps", blur_of(1.3, 0.8), CODED_BOTH,
+       "blur", verdict=GRAY, values={"projector.blur_px": 1.3})
 listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)
 
 

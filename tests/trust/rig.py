@@ -82,6 +82,7 @@ class Rig:
         self.room_light = None  # (pixel columns) -> irradiance beside the projector's
         self.lamp = None  # unit vector towards a far lamp that is on all the time, and its irradiance on a white surface
         self.besides_factor = None  # a factor on the light of room and lamp in each image
+        self.halo = []  # (share, sigma in px) of light that the projector spreads further than its blur
         self.image_factor = None  # a factor on the light of each image
         self.fringe_shift_px = None  # how far the fringes of each image are shifted along the projector's coordinate
         self.motion_mm = None  # way of the first object (a sphere) from the first image to the last, about its place
@@ -120,8 +121,13 @@ class Rig:
         return out
 
     def contrast(self, pitch):
-        """The amplitude that a Gaussian blur of the projector leaves."""
-        return self.amplitude * np.exp(-2 * np.pi**2 * self.blur_px**2 / pitch**2)
+        """The amplitude that the projector's blur and halo leave."""
+        return self.amplitude * sum(share * np.exp(-2 * np.pi**2 * sigma**2 / pitch**2) for share, sigma in self.spreads())
+
+    def spreads(self):
+        """(share, sigma in px) of each Gaussian that the projector's light is spread by."""
+        rest = 1 - sum(share for share, _ in self.halo)
+        return [(rest, self.blur_px)] + [(share, np.hypot(self.blur_px, sigma)) for share, sigma in self.halo]
 
     def light(self, pattern, u):
         """What the projector throws at projector coordinate u, 0 ... 1."""
@@ -131,6 +137,20 @@ class Rig:
             phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
             level = self.mean + self.contrast(pitch) * np.cos(phase)
             return self.projector_response(level) if self.projector_response else level
+        if not self.halo and self.blur_px == 0:
+            return self.bit(kind, k, u)
+        # the bit's light at every sixteenth of a pixel, spread by each Gaussian, and read there
+        reach = 6 * max(sigma for _, sigma in self.spreads())
+        at = np.arange(-reach, PROJECTOR_SIZE[0] + reach, 1 / 16)
+        sharp, spread = self.bit(kind, k, at), np.zeros_like(at)
+        for share, sigma in self.spreads():
+            offsets = np.arange(-np.ceil(6 * sigma * 16), np.ceil(6 * sigma * 16) + 1) / 16
+            kernel = np.exp(-0.5 * (offsets / max(sigma, 1e-6))**2)
+            spread += share * np.convolve(sharp, kernel / kernel.sum(), mode="same")
+        return np.interp(u, at, spread)
+
+    def bit(self, kind, k, u):
+        """A bit of the code as it is shown, at projector coordinate u."""
         period = (u - self.origin_px) / self.pitches_px[0] - self.code["offset_periods"]
         number = np.floor(2 * period if kind == "complementary" else period).astype(int)
         return ((number ^ (number >> 1)) >> k & 1).astype(float)
