@@ -189,10 +189,11 @@ CauseFit CauseSearch::fit(const std::vector<std::size_t>& groups, const PixelFie
       start.columns_at = first->columns_at;
     }
   }
-  if (const Eigen::VectorXd lit = with_light_in_halo(own, start_values(own));
-      !first && lit != start_values(own)) {
-    start = {};
-    start.values = lit;
+  Eigen::VectorXd lit = with_light_in_halo(own, start_values(own));
+  const Eigen::Index n_first = first ? first->values.size() : 0;
+  if (lit.tail(lit.size() - n_first) != start_values(own).tail(lit.size() - n_first)) {
+    if (first) lit.head(n_first) = first->values;
+    start = {.values = lit};
   }
   if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
   start.only_values = only_values;

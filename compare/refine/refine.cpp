@@ -417,7 +417,7 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
                const std::vector<std::string>& asked, WhatIsWorse worse) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
-  drop_empty_halo(out.twin);
+  if (asks_for_halo(asked)) drop_empty_halo(out.twin);
   return out;
 }
 
