@@ -38,10 +38,12 @@ struct RippleTest {
   double information = 0.0;       ///< sum of 1/variance, rad^-2
 };
 /// Tests the difference over the interior pixels for ripples, each pixel by the variance of its noise. Pixels
-/// that a texture which the simulated side lacks moves are left out: their shift follows the fringes.
-/// nullopt without phase steps or with fewer than 1000 pixels.
+/// that a texture moves are left out, as their shift follows the fringes; `texture`: what the simulated
+/// side's pixels have of their own, null for none. nullopt without phase steps or with fewer than 1000
+/// pixels.
 std::optional<RippleTest> test_ripple(const Twin& twin, const measure::DirectionDecode& real,
                                       const measure::DirectionDecode& simulated,
-                                      const std::vector<int>& use_steps, const ImageU8& interior);
+                                      const std::vector<int>& use_steps, const ImageU8& interior,
+                                      const PixelTexture* texture = nullptr);
 
 }  // namespace fringetwin::compare

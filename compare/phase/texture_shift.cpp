@@ -14,12 +14,14 @@ using measure::DirectionDecode;
 
 constexpr double kClearSigmas = 3.0;  ///< of a difference between neighbours that is no noise
 
-/// The logarithm of real over simulated amplitude, and the variance that noise gives it: that of the phase.
+/// The logarithm of real over simulated amplitude, that without the texture, and the variance that noise
+/// gives it: that of the phase.
 struct Weights {
   ImageF log, variance;
 };
 
-Weights weights_of(const DirectionDecode& real, const DirectionDecode& simulated) {
+Weights weights_of(const DirectionDecode& real, const DirectionDecode& simulated,
+                   const PixelTexture* texture) {
   const ImageF &a = real.amplitude_dn[real.finest], &b = simulated.amplitude_dn[simulated.finest];
   Weights out{ImageF(a.width, a.height), ImageF(a.width, a.height)};
 #pragma omp parallel for schedule(static)
@@ -27,7 +29,9 @@ Weights weights_of(const DirectionDecode& real, const DirectionDecode& simulated
     const float r = real.sigma_rad.data[i], s = simulated.sigma_rad.data[i];
     out.variance.data[i] = r * r + s * s;
     // dark pixels tell nothing, and most images have many
-    out.log.data[i] = std::isfinite(out.variance.data[i]) ? std::log(a.data[i] / b.data[i]) : std::nanf("");
+    const auto factor = static_cast<float>(texture ? texture->factor_at(i) : 1.0);
+    out.log.data[i] =
+        std::isfinite(out.variance.data[i]) ? std::log(factor * a.data[i] / b.data[i]) : std::nanf("");
   }
   return out;
 }
@@ -55,9 +59,10 @@ double central(const Image<T>& image, std::size_t i, std::size_t distance) {
 
 }  // namespace
 
-TextureShift texture_shift(const DirectionDecode& real, const DirectionDecode& simulated) {
+TextureShift texture_shift(const DirectionDecode& real, const DirectionDecode& simulated,
+                           const PixelTexture* texture) {
   const ImageD& x_px = simulated.coordinate_px;
-  const Weights w = weights_of(real, simulated);
+  const Weights w = weights_of(real, simulated, texture);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   TextureShift out{ImageF(x_px.width, x_px.height, 0.0F), ImageF(x_px.width, x_px.height, 0.0F)};
   const auto row = static_cast<std::size_t>(x_px.width);

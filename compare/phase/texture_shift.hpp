@@ -4,6 +4,7 @@
 #pragma once
 #include "measure/decode/decode_types.hpp"
 #include "twin/image/image.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::compare {
 
@@ -14,6 +15,9 @@ struct TextureShift {
   ImageF largest_rad;  ///< by the larger difference to the two neighbours, both axes alike
   ImageF signed_rad;   ///< by the central difference: what adds up over a region
 };
-TextureShift texture_shift(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated);
+/// `texture`: what the simulated side's pixels have of their own, null for none. Its factor is one number per
+/// pixel, which makes the amplitudes agree and moves no phase, so it is taken out of the simulated amplitude.
+TextureShift texture_shift(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated,
+                           const PixelTexture* texture = nullptr);
 
 }  // namespace fringetwin::compare

@@ -54,6 +54,17 @@ TEST(TextureShift, IsNothingWhereTheTwinHasTheTextureOrNoiseMakesIt) {
   EXPECT_GT(shift_rad(texture_shift(decoded(0.6, 0.0, 0.09), decoded(0.0, 0.0, 0.09))), 0.0);
 }
 
+TEST(TextureShift, StaysWhereAFactorOfEachPixelMakesTheAmplitudesAgree) {
+  const auto textured = decoded(0.6, 0.0, 0.01);
+  PixelTexture texture;
+  texture.factor = textured.amplitude_dn[0];
+  const TextureShift of_factor = texture_shift(textured, textured, &texture),
+                     without = texture_shift(textured, decoded(0.0, 0.0, 0.01));
+  EXPECT_NEAR(shift_rad(of_factor), shift_rad(without), 1e-5 * shift_rad(without));
+  const PixelTexture offset_alone;  // without a factor the amplitudes are what they were
+  EXPECT_EQ(shift_rad(texture_shift(textured, textured, &offset_alone)), 0.0);
+}
+
 TEST(TextureShift, SeesOneEdgeFromBothSides) {
   auto real = decoded(0.0, 0.0, 0.01);
   const auto plain = real;

@@ -69,11 +69,12 @@ ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNo
                           const ShapeInView& shape = {});
 
 /// Judges the phase difference of one direction over the interior pixels. `shape`: noise of the measured
-/// shape that is seen.
+/// shape that is seen; `texture`: what the simulated side's pixels have of their own, null for none.
 ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDecode& real,
                            const measure::DirectionDecode& simulated, const ImageU8& interior,
                            const RenderingError& rendering, const ImageF* calibration = nullptr,
-                           const SeenPixels& seen = {}, const ShapeInView& shape = {});
+                           const SeenPixels& seen = {}, const ShapeInView& shape = {},
+                           const PixelTexture* texture = nullptr);
 
 /// Judges the ripples of a phase row that was compared: they show a wrong brightness or waveform of the
 /// images where single values and regions do not. Not where the noise is hardly more than rounding, which

@@ -100,3 +100,26 @@ def unchanged_but_textured(rig, twin, random):
 
 add_case("pov_texture", "surface", "POV-Ray's images; smooth texture of 15 %", unchanged_but_textured,
          dict(scene="ball+wall", pinhole=True), povray=True, texture="*(0.85+0.15*sin(0.9*x)*sin(0.9*y))", **TEXTURED)
+
+
+def checkered_finely(rig, twin, random):
+    """Squares of 1.6 to 1.9 pixels, so that hardly a pixel sees one of them alone."""
+    rig.reflectivity = lambda which, P: np.where(
+        (np.floor(P[..., 0] / 1.3) + np.floor(P[..., 1] / 1.3)) % 2 > 0, 1.0, 0.6)
+
+
+def checkered_and_lens(rig, twin, random):
+    checkered(rig, twin, random)
+    twin.projector.k1 += 0.02
+
+
+# Each pixel's own factor is fitted: what the edges do to the phase within a pixel stays, and is no reason to take it back.
+FITTED = dict(scene="wall", small=True, nodes=12)  # 12: the edges cut pixels anywhere
+OWN = dict(gain=False, refine="texture,offset")
+add_case("refine_checker", "surface", "squares of 8 mm, 1 and 0.35 of the albedo; `--refine texture,offset`", checkered,
+         FITTED, expect="any", verdict={"phase": "explained", "coverage": "explained"}, **OWN)
+add_case("refine_fine_checker", "surface", "squares of 1.3 mm, 1 and 0.6 of the albedo; `--refine texture,offset`",
+         checkered_finely, FITTED, expect="any", verdict={"coverage": "explained"}, **OWN)
+add_case("refine_checker_lens", "surface",
+         "squares of 8 mm, 1 and 0.35 of the albedo, the projector's k1 is 0.02 off; `--refine texture,offset`",
+         checkered_and_lens, FITTED, verdict={"phase": "not explained"}, causes="lens rig pose intrinsics", **OWN)

@@ -46,7 +46,7 @@ def row_of(case, truth, known, folder, run, seconds):
     row["said"] += [f'the named cause is {row["cause"]}'] if row["cause"] else []
     row["gain"] = [gain_of(g, sensor, result["warnings"]) for g, sensor in zip(result["gain"], truth.sensors)]
     refined = os.path.join(folder, "out", "refined.toml")
-    if case.refine and os.path.exists(refined):
+    if case.refine == "pose" and os.path.exists(refined):
         row["refined"] = deviations(os.path.join(folder, "twin.toml"), refined, truth.things[0], result["refinement"])
     return row
 
@@ -149,6 +149,8 @@ def is_off(g, z):
 
 
 def refinement_faults(row):
+    if any("is taken back" in said for said in row["warnings"]):
+        yield "TAKEN-BACK"
     if "refined" not in row:
         return
     if not row["refined"]["converged"]:

@@ -49,6 +49,7 @@ EXPECTED = [
     (["GAIN-SENSELESS"], words(dict(gain=False), verdict=GRAY, gain=[gain(printed_dn=-3.0)])),
     (["GAIN-SENSELESS"], words(dict(gain=False), verdict=GRAY, gain=[gain(r2=-0.1)])),
     (["NOT-CONVERGED", "REFINED-OFF"], words(dict(RIGHT), refined=dict(converged=False, z=[0.1, -3.2]))),
+    (["TAKEN-BACK"], words(dict(refine="texture"), verdict=GRAY, warnings=["--refine texture is taken back: chi2 would rise"])),
     (["MEASURE-SILENT", "MEASURE-PASSES"], words(dict(measure=True, says="swap"), verdict=GRAY, said=["swap"],
                                                  measure_said=[], measure_verdict="pass")),
     (["FAILED"], words(dict(RIGHT), exit=70)),
