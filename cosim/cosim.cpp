@@ -5,10 +5,12 @@
 #include <utility>
 
 #include "compare/comparison.hpp"
+#include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "compare/verdict/shape_noise.hpp"
+#include "cosim/brightness.hpp"
 #include "cosim/compared_steps.hpp"
 #include "cosim/doubt_description.hpp"
 #include "cosim/hold_out.hpp"
@@ -118,8 +120,9 @@ void apply_texture(Run& run) {
   const bool code_alone = run.twin.fringes.steps == 0;
   for (std::size_t k = 0; k < patterns.size(); ++k)
     if (!patterns[k].is_image() && patterns[k].is_gray() == code_alone) images.push_back(static_cast<int>(k));
-  compare::apply_texture(*run.options.refinement, run.real.images, images, run.twin,
-                         run.simulated.irradiance);
+  for (compare::RefinedRow& row : compare::apply_texture(*run.options.refinement, run.real.images, images,
+                                                         run.twin, run.simulated.irradiance))
+    run.options.refinement->rows.push_back(std::move(row));
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
     for (std::size_t k = 0; k < patterns.size(); ++k)
       run.simulated.images[c].images[k] =
@@ -155,17 +158,19 @@ void refine(Run& run, const CosimRequest& request) {
   options.use_steps = left_over_steps(run.twin);  // --steps chooses what is compared, not what is known
   compare::Refined refined = compare::refine(run.twin, run.real, run.simulated, options, request.refine);
   run.timer.stop();
-  run.refined_toml = compare::refined_toml(refined.report, run.twin, refined.twin);
-  run.refined_blocks = compare::refined_blocks(run.twin, refined.twin);
-  const bool is_as_before = refined.report.taken_back;
+  const auto keep_changes = [&run](const Twin& before, const Twin& after) {
+    run.refined_toml = compare::refined_toml(*run.options.refinement, before, after);
+    run.refined_blocks = compare::refined_blocks(before, after);
+  };
   run.options.refinement = std::move(refined.report);
-  if (is_as_before) return;
+  if (run.options.refinement->taken_back) return keep_changes(run.twin, refined.twin);
   const std::vector<compare::ExplainedRow> before_rows = guarded_rows(run);
   const Twin before = std::exchange(run.twin, std::move(refined.twin));
   const compare::Side simulated = std::exchange(run.simulated, {});
   const measure::PointCloud noise_free = run.noise_free;
   const Rendering rendering = run.rendering;
-  simulate_side(run, request.render);
+  simulate_side(run, request.render);  // tells what each pixel has of its own, too
+  keep_changes(before, run.twin);
   measure_real(run, &before);
   const std::vector<compare::ExplainedRow> after_rows = guarded_rows(run);
   const std::string worse = compare::what_got_worse({.rows = before_rows}, {.rows = after_rows});
@@ -180,8 +185,7 @@ void refine(Run& run, const CosimRequest& request) {
   compare::take_back(back, before, worse);
   run.twin = before;
   run.options.refinement = std::move(back.report);
-  run.refined_toml = compare::refined_toml(*run.options.refinement, before, before);
-  run.refined_blocks.clear();
+  keep_changes(before, before);
   run.simulated = simulated;
   run.noise_free = noise_free;
   run.rendering = rendering;

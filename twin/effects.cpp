@@ -152,6 +152,11 @@ std::vector<Effect> make_effects() {
           "pixels that all see the same of the light", [](const Camera& c) { return c.texture != nullptr; },
           [](Camera& c) { c.texture = nullptr; }, "[camera.NAME] texture = \"FILE.exr\""),
       of_each(
+          &Twin::cameras, EffectStage::light, "texture within a pixel",
+          "a texture whose changes move no fringes",
+          [](const Camera& c) { return c.texture_spread_px > 0.0; },
+          [](Camera& c) { c.texture_spread_px = 0.0; }, "[camera.NAME] texture_spread_px"),
+      of_each(
           &Twin::objects, EffectStage::light, "specular lobe", "diffuse surfaces",
           [](const Object& o) { return o.material.specular > 0.0; },
           [](Object& o) { o.material.specular = 0.0; },

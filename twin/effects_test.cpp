@@ -30,6 +30,8 @@ std::vector<Way> all_ways() {
       {"vignetting", "a polynomial",
        [](Twin& t) { second(t).vignetting.kind = Vignetting::Kind::polynomial; }},
       {"point spread", "of the second camera alone", [](Twin& t) { second(t).psf_px = 0.25; }},
+      {"texture within a pixel", "of the second camera alone",
+       [](Twin& t) { second(t).texture_spread_px = 0.5; }},
       {"depth of field", "of the second camera alone",
        [](Twin& t) {
          second(t).optics = Optics{8.0, 10.0, 270.0};

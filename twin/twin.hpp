@@ -101,6 +101,9 @@ struct Camera {
   Sensor sensor;
   std::optional<Optics> optics;
   double psf_px = 0.0;  ///< Gaussian sigma of the lens's point spread, camera px
+  /// How far a pixel of the image reaches, as standard deviation along an axis: with it a texture that
+  /// changes within a pixel moves its fringes; 0: a factor of each pixel moves none.
+  double texture_spread_px = 0.0;
   Vignetting vignetting = {};
   /// Of each image of the sequence: what its exposure makes of all light; empty: 1.
   std::vector<double> exposure_factors = {};
@@ -112,6 +115,7 @@ template <class Keys>
 void list_keys(Keys& keys, const Camera*) {
   keys("name"), keys("sensor"), keys("optics");
   keys("psf_px", &Camera::psf_px, NumberRange::between(0.0, 20.0));
+  keys("texture_spread_px", &Camera::texture_spread_px, NumberRange::between(0.0, 20.0));
   keys("vignetting"), keys("vignetting_tilt"), keys("exposure_factors"), keys("texture");
 }
 

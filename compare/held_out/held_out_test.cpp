@@ -18,6 +18,7 @@
 #include <random>
 
 #include "compare/comparison.hpp"
+#include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine.hpp"
 #include "measure/measurement.hpp"
 #include "render/reference/reference.hpp"

@@ -12,6 +12,7 @@
 #include "compare/gray/gray_pair.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"
+#include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
 #include "compare/verdict/explained.hpp"
@@ -26,7 +27,7 @@ constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr double kHighCorrelation = 0.98;
 
 bool is_no_parameter(const std::string& name) {
-  return name == "gain" || name == "black" || name == "texture" || name == "offset";
+  return name == "gain" || name == "black" || name == "texture" || name == "offset" || name == kTextureSpread;
 }
 
 bool is_asked(const std::vector<std::string>& asked, const char* name) {
@@ -86,6 +87,10 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
           ExitCode::usage, "--refine",
           fmt::format("the images cannot tell {} and texture apart: a factor per pixel contains it", group),
           "refine one of them");
+  if (is_asked(asked, kTextureSpread) && !texture)
+    throw UserError(ExitCode::usage, "--refine",
+                    "texture_spread is told by the factors of neighbouring pixels, which nothing fits here",
+                    "add texture");
   if ((albedo || texture) && is_asked(asked, "gain"))
     throw UserError(
         ExitCode::usage, "--refine",
@@ -396,7 +401,7 @@ std::string refine_names() {
   std::string names;
   for (const ParameterGroup& group : parameter_groups())
     if (group.instead.empty()) names += group.name + ", ";
-  return names + "texture, offset, gain, black";
+  return names + "texture, texture_spread, offset, gain, black";
 }
 
 std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
@@ -419,49 +424,6 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
   Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
   if (asks_for_halo(asked)) drop_empty_halo(out.twin);
   return out;
-}
-
-void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
-                   const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance) {
-  for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
-    if (!refinement.texture[c]) continue;
-    const double gain_dn = refinement.texture[c]->gain_dn,
-                 black_level_dn = refinement.texture[c]->black_level_dn;
-    const Sensor& sensor = twin.cameras[c].sensor;
-    const bool as_taken = real[c].radiance || sensor.straight();
-    const auto straight = as_taken ? nullptr : straightened(real[c], sensor);
-    const CameraImages& seen = straight ? *straight : real[c];
-    const double saturation_dn = seen.saturation_dn();
-    const std::vector<double>& exposures = twin.cameras[c].exposure_factors;
-    std::vector<ImageF>& e = irradiance[c].images;
-    const PixelTexture before = twin.cameras[c].texture ? *twin.cameras[c].texture : PixelTexture{};
-    PixelTexture now, all;
-    for (PixelTexture* texture : {&now, &all}) {
-      texture->factor = ImageF(e.front().width, e.front().height, 1.0F);
-      if (refinement.own.offset || !before.offset.empty())
-        texture->offset = ImageF(e.front().width, e.front().height, 0.0F);
-    }
-#pragma omp parallel for schedule(static)
-    for (std::size_t i = 0; i < e.front().size(); ++i) {
-      OwnLightSums sums;
-      for (const int image : images) {
-        const auto k = static_cast<std::size_t>(image);
-        const auto y = static_cast<double>(seen.images[k].data[i]), x = static_cast<double>(e[k].data[i]);
-        const double exposure = factor_of(exposures, k);  // lets in what the pixel has of its own, too
-        if (y < saturation_dn) sums.add(x / exposure, (y - black_level_dn) / exposure);
-      }
-      const OwnLight own = sums.line(refinement.own, gain_dn);
-      now.factor.data[i] = static_cast<float>(own.factor);
-      all.factor.data[i] = static_cast<float>(own.factor * before.factor_at(i));
-      if (!now.offset.empty()) {
-        now.offset.data[i] = static_cast<float>(own.offset_dn / gain_dn);
-        all.offset.data[i] = static_cast<float>(own.factor * before.offset_at(i) + own.offset_dn / gain_dn);
-      }
-      for (std::size_t k = 0; k < e.size(); ++k)
-        e[k].data[i] = now.of(e[k].data[i], i, factor_of(exposures, k));
-    }
-    twin.cameras[c].texture = std::make_shared<const PixelTexture>(std::move(all));
-  }
 }
 
 }  // namespace fringetwin::compare

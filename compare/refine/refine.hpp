@@ -36,18 +36,12 @@ enum class WhatIsWorse { taken_back, stays };
 /// row. `asked`: groups, names of parameters ("projector.k1") or what stands before their dot ("projector").
 /// Gain and black level of each camera are fitted besides and kept only where asked for; with "albedo" the
 /// gain is held at the twin's, because the two enter as a product. "texture" gives every pixel a factor of
-/// its own, "offset" an offset, which holds the black level at the twin's. `simulated`: the twin as it is,
+/// its own, "offset" an offset, which holds the black level at the twin's; those, and "texture_spread", are
+/// told by apply_texture() after it. `simulated`: the twin as it is,
 /// rendered and measured. Throws UserError(usage) as check_refine(), for parameters that change nothing and
 /// for those that the data cannot tell apart, naming them; Cancelled after Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse = WhatIsWorse::taken_back);
-
-/// Gives every camera of the refined twin the factor and the offset of each pixel, of those that "texture"
-/// and "offset" asked for, that bring the irradiance of that twin closest to the real gray values of `images`
-/// (sequence indices), and the irradiance the same. A texture that a camera has already is part of the new
-/// one. Nothing without.
-void apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
-                   const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance);
 
 /// Returns every key that differs, with its value afterwards, in the words of twin.toml.
 std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after);

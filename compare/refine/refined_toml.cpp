@@ -86,6 +86,8 @@ void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Came
   camera.key("exposure_factors", numbers(before.exposure_factors), numbers(after.exposure_factors));
   camera.key("texture", quoted(plain_text(before.texture_file.string())),
              quoted(plain_text(after.texture_file.string())));
+  camera.key("texture_spread_px", fmt::format("{}", before.texture_spread_px),
+             fmt::format("{}", after.texture_spread_px));
   camera.key("vignetting", polynomial(before), polynomial(after));
   camera.key("vignetting_tilt", tilt(before), tilt(after));
   camera.append_to(blocks);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/pattern/camera_effects.hpp"
 
+#include "render/pattern/pixel_texture.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -92,8 +94,7 @@ void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::s
     if (vignetting)
       for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
     if (!kernel.empty()) *image = convolve_separable(*image, kernel);
-    for (std::size_t i = 0; camera.texture && i < image->size(); ++i)
-      image->data[i] = camera.texture->of(image->data[i], i, exposure);
+    if (camera.texture) apply_pixel_texture(*camera.texture, camera.texture_spread_px, exposure, *image);
   }
 }
 

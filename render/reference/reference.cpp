@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -398,8 +399,8 @@ bool Reference::is_whole(std::size_t camera, int x, int y) const {
   return true;
 }
 
-ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
-                                const ReferenceQuadrature& quadrature) const {
+ReferencePixel Reference::without_texture(std::size_t camera, int x, int y,
+                                          const ReferenceQuadrature& quadrature) const {
   const Twin& twin = impl_->twin;
   ReferencePixel out{.interior = is_whole(camera, x, y), .object = sample(camera, {x, y}).object};
   out.irradiance.assign(impl_->sequence.size(), 0.0);
@@ -433,14 +434,55 @@ ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
       }
   const std::vector<double>& exposures = twin.cameras[camera].exposure_factors;
   for (std::size_t i = 0; i < exposures.size(); ++i) out.irradiance.at(i) *= exposures[i];
-  if (const PixelTexture* texture = twin.cameras[camera].texture.get()) {
-    const auto at =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(twin.cameras[camera].lens.width()) +
-        static_cast<std::size_t>(x);
-    for (std::size_t i = 0; i < out.irradiance.size(); ++i)
-      out.irradiance[i] = out.irradiance[i] * texture->factor_at(at) +
-                          (exposures.empty() ? 1.0 : exposures[i]) * texture->offset_at(at);
+  return out;
+}
+
+void Reference::add_within_pixel(const Camera& camera, std::size_t index, int x, int y,
+                                 const ReferenceQuadrature& quadrature,
+                                 std::vector<double>& irradiance) const {
+  const PixelTexture& texture = *camera.texture;
+  const int width = camera.lens.width(), height = camera.lens.height();
+  const std::vector<double> middle = irradiance;
+  for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
+    // by distance from the pixel: what its neighbours have, empty beyond the border and without a factor
+    std::array<std::vector<double>, 5> light;
+    std::array<double, 5> factor{};
+    for (int side = -2; side <= 2; ++side) {
+      const int u = x + side * dx, v = y + side * dy;
+      if (u < 0 || v < 0 || u >= width || v >= height) continue;
+      factor[side + 2] = texture.factor_at(static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                                           static_cast<std::size_t>(u));
+      if (factor[side + 2] > 0.0)
+        light[side + 2] = side == 0 ? middle : without_texture(index, u, v, quadrature).irradiance;
+    }
+    for (std::size_t k = 0; k < irradiance.size(); ++k) {
+      const auto tells = [&](int at) { return !light[at].empty() && light[at][k] > 0.0; };
+      if (!tells(1) || !tells(2) || !tells(3)) continue;
+      const bool wide = tells(0) && tells(4);
+      const double of_factor = wide ? (factor[0] - 8.0 * factor[1] + 8.0 * factor[3] - factor[4]) / 12.0
+                                    : (factor[3] - factor[1]) / 2.0;
+      const double of_light = wide
+                                  ? (light[0][k] - 8.0 * light[1][k] + 8.0 * light[3][k] - light[4][k]) / 12.0
+                                  : (light[3][k] - light[1][k]) / 2.0;
+      irradiance[k] += std::pow(camera.texture_spread_px, 2) * of_factor * of_light / factor[2];
+    }
   }
+}
+
+ReferencePixel Reference::pixel(std::size_t camera, int x, int y,
+                                const ReferenceQuadrature& quadrature) const {
+  ReferencePixel out = without_texture(camera, x, y, quadrature);
+  const Camera& device = impl_->twin.cameras[camera];
+  const PixelTexture* texture = device.texture.get();
+  if (!texture) return out;
+  if (device.texture_spread_px > 0.0 && !texture->factor.empty())
+    add_within_pixel(device, camera, x, y, quadrature, out.irradiance);
+  const std::vector<double>& exposures = device.exposure_factors;
+  const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(device.lens.width()) +
+                  static_cast<std::size_t>(x);
+  for (std::size_t i = 0; i < out.irradiance.size(); ++i)
+    out.irradiance[i] = out.irradiance[i] * texture->factor_at(at) +
+                        (exposures.empty() ? 1.0 : exposures[i]) * texture->offset_at(at);
   return out;
 }
 

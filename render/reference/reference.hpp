@@ -66,6 +66,14 @@ class Reference : NotCopyable {
   bool is_whole(std::size_t camera, int x, int y) const;
 
  private:
+  /// pixel() before the texture of the camera's pixels.
+  ReferencePixel without_texture(std::size_t camera, int x, int y,
+                                 const ReferenceQuadrature& quadrature) const;
+  /// Adds to each irradiance the light that a texture which changes within the pixel takes from its brighter
+  /// or darker side: spread^2 (factor_x E_x + factor_y E_y), slopes by the neighbours' pixels.
+  void add_within_pixel(const Camera& camera, std::size_t index, int x, int y,
+                        const ReferenceQuadrature& quadrature, std::vector<double>& irradiance) const;
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -41,7 +41,8 @@ std::string_view without_index(std::string_view key) { return key.substr(0, key.
 
 bool is_after_the_trace(std::string_view path) {
   const std::string_view key = without_index(key_of_camera(path));
-  return is_one_of(key, {"psf_px", "vignetting", "vignetting_tilt", "exposure_factors", "texture"}) ||
+  return is_one_of(key, {"psf_px", "vignetting", "vignetting_tilt", "exposure_factors", "texture",
+                         "texture_spread_px"}) ||
          is_one_of(without_index(path), {"projector.light_factors", "projector.ambient_factors"});
 }
 

@@ -434,6 +434,33 @@ TEST(Effects, TextureOfPixelsIsALineOfEach) {
     }
 }
 
+// A pixel of spread s takes s^2 (grad f . grad E) from its brighter side; the reference takes the slopes of
+// its own pixels. Tolerance: that of the line of each pixel, above.
+TEST(Effects, TextureWithinAPixelMovesItsFringes) {
+  REQUIRE_RENDERER();
+  Twin twin = with_object(left_window(ideal_sphere().center_mm, 24, 16), "ball", ideal_sphere());
+  PixelTexture texture{ImageF(24, 16), ImageF()};
+  for (std::size_t i = 0; i < texture.factor.size(); ++i)
+    texture.factor.data[i] =
+        0.6F + 0.2F * std::sin(0.9F * static_cast<float>(i % 24) + 0.05F * static_cast<float>(i));
+  texture.factor(7, 7) = 0.0F;  // a pixel that tells nothing: its neighbours are flat along that axis
+  twin.cameras[0].texture = std::make_shared<const PixelTexture>(texture);
+  const auto plain = shared_renderer()->render(twin, 0, {Sampler::gauss, 9}, 0).irradiance;
+  twin.cameras[0].texture_spread_px = 0.9;
+  const auto images = shared_renderer()->render(twin, 0, {Sampler::gauss, 9}, 0).irradiance;
+  const render::Reference reference(twin);
+  double largest = 0.0;
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 24; ++x) {
+      const auto pixel = reference.pixel(0, x, y, {.gauss_n = 3});
+      for (std::size_t k = 0; k < images.size(); ++k) {
+        EXPECT_NEAR(static_cast<double>(images[k](x, y)), pixel.irradiance[k], 5e-4) << x << ' ' << y;
+        largest = std::max(largest, std::abs(static_cast<double>(images[k](x, y) - plain[k](x, y))));
+      }
+    }
+  EXPECT_GT(largest, 0.05);  // a hundred times the tolerance
+}
+
 /// A twin with every effect of twin/effects.hpp on.
 Twin everything() {
   Twin twin = with_object(paper_rig(), "ball", ideal_sphere());
@@ -448,6 +475,7 @@ Twin everything() {
     c.sensor.prnu.values = std::make_shared<const ImageF>(c.lens.width(), c.lens.height(), 1.01F);
     c.sensor.dsnu.values = std::make_shared<const ImageF>(c.lens.width(), c.lens.height(), 0.25F);
     c.psf_px = 0.4;
+    c.texture_spread_px = 0.5;
     c.vignetting.kind = Vignetting::Kind::cos4;
     const auto texture = std::make_shared<PixelTexture>();
     texture->factor = ImageF(c.lens.width(), c.lens.height(), 0.9F);

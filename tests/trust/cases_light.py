@@ -123,3 +123,15 @@ add_case("refine_fine_checker", "surface", "squares of 1.3 mm, 1 and 0.6 of the 
 add_case("refine_checker_lens", "surface",
          "squares of 8 mm, 1 and 0.35 of the albedo, the projector's k1 is 0.02 off; `--refine texture,offset`",
          checkered_and_lens, FITTED, verdict={"phase": "not explained"}, causes="lens rig pose intrinsics", **OWN)
+
+
+def waves_before_a_blurred_camera(rig, twin, random):
+    """The camera's blur is known; that it mixes reflectivity and fringes within a pixel is not in the twin."""
+    rig.camera_blur_px = twin.camera_blur_px = 0.9
+    rig.pitches_px = twin.pitches_px = [40, 44, 48]  # half a radian from pixel to pixel; the linear model is for such
+    rig.reflectivity = lambda which, P: 0.65 * (1 + 0.4 * np.sin(0.8 * P[..., 0]) * np.sin(0.7 * P[..., 1]))
+
+
+add_case("refine_texture_spread", "surface", "waves of 40 % in the albedo before a camera whose known blur is 0.9 px; "
+         "`--refine texture,texture_spread,offset`", waves_before_a_blurred_camera, FITTED, expect="explained", gain=False,
+         refine="texture,texture_spread,offset", values={"left.texture_spread_px": float(np.sqrt(1 / 12 + 0.9**2))})

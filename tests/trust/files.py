@@ -40,7 +40,8 @@ def write_captures(folder, images_of_cameras, bits):
 def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
     lines = [*(f"# {line}" for line in comment), 'schema = "fringetwin-twin/1"', f'name = "{name}"', 'cameramodel_unit = "mm"']
     for name, camera, sensor in zip(CAMERA_NAMES, twin.cameras, twin.sensors):
-        lines += ["[[camera]]", f'name = "{name}"', *device_lines(camera), "[camera.sensor]", f"bit_depth = {twin.bits}",
+        lines += ["[[camera]]", f'name = "{name}"', *device_lines(camera),
+                  *([f"psf_px = {twin.camera_blur_px}"] if twin.camera_blur_px else []), "[camera.sensor]", f"bit_depth = {twin.bits}",
                   f'gain_dn = {sensor["gain_dn"]}', f'black_level_dn = {sensor["black_dn"]}',
                   f'electrons_per_dn = {sensor["electrons_per_dn"]}', f'read_noise_dn = {sensor["read_noise_dn"]}']
     lines += ["[projector]", *device_lines(twin.projector), f"intensity = {twin.intensity}", f"blur_px = {twin.blur_px}",

@@ -48,6 +48,8 @@ def row_of(case, truth, known, folder, run, seconds):
     refined = os.path.join(folder, "out", "refined.toml")
     if case.refine == "pose" and os.path.exists(refined):
         row["refined"] = deviations(os.path.join(folder, "twin.toml"), refined, truth.things[0], result["refinement"])
+    elif case.refine and case.values and result.get("refinement"):
+        row["refined"] = deviations_of_values(case.values, result["refinement"])
     return row
 
 
@@ -77,6 +79,14 @@ def gain_of(g, sensor, warnings):
 def first_object(path):
     with open(path, "rb") as f:
         return (tomllib.load(f).get("object") or [{}])[0]
+
+
+def deviations_of_values(values, refinement):
+    """How many standard errors the refined values are off that are planted by name; infinitely many of one that is missing."""
+    found = {p["name"]: p for p in refinement["parameters"]}
+    z = [(found[name]["after"] - value) / found[name]["after_sigma"] if name in found else float("inf")
+         for name, value in values.items()]
+    return dict(converged=refinement["converged"], z=z)
 
 
 def deviations(twin, changes, thing, refinement):

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/refine/texture_spread.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "render/pattern/pixel_texture.hpp"
+#include "twin/base/statistics.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr int kReach = 2;           ///< px: of texture_moment()
+constexpr int kBlock = 32;          ///< px: side of what scatters by itself
+constexpr double kSmooth = 0.1;     ///< of the light without fringes, from pixel to pixel
+constexpr double kFarSigmas = 4.0;  ///< pixels beyond are none of the model's
+constexpr int kRounds = 4;          ///< of leaving out such pixels
+constexpr double kClearSigmas = 5.0;
+constexpr std::size_t kFewest = 1000;
+
+/// What a pixel tells of the spread's square s: minimum of |rest - s * moment|^2 over its values.
+struct Telling {
+  float product = 0.0F, square = 0.0F;  ///< rest * moment; moment^2 less what the noise of its slopes makes
+  float variance = 0.0F;                ///< of one value of the rest
+  bool counts = false;
+};
+
+/// Returns whether the light without its fringes is smooth as far as the pixel's slopes reach.
+bool is_smooth(const ImageF& mean, int x, int y) {
+  const double here = mean(x, y);
+  for (int d = -kReach; d <= kReach; ++d)
+    for (const double near : {static_cast<double>(mean(x + d, y)), static_cast<double>(mean(x, y + d))})
+      if (!(near > 0.0) || std::abs(near - here) > kSmooth * here) return false;
+  return true;
+}
+
+ImageF mean_of(const GrayOverLight& values) {
+  ImageF mean(values.light().front().width, values.light().front().height, 0.0F);
+  const auto n = static_cast<float>(values.images().size());
+  for (const std::size_t k : values.images())
+    for (std::size_t i = 0; i < mean.size(); ++i)
+      mean.data[i] += static_cast<float>(values.light_at(k, i)) / n;
+  return mean;
+}
+
+/// The values of a pixel, with the line in the light of the twin taken out of any of them.
+class Projected {
+ public:
+  Projected(const OwnKinds& kinds, std::vector<double> light) : kinds_(kinds), light_(std::move(light)) {
+    const auto n = static_cast<double>(light_.size());
+    if (kinds_.offset) {
+      double sum = 0.0;
+      for (const double x : light_) sum += x;
+      for (double& x : light_) x -= sum / n;
+    }
+    for (const double x : light_) square_ += x * x;
+  }
+  double square() const { return square_; }
+  std::vector<double> rest_of(std::vector<double> v) const {
+    double sum = 0.0, along = 0.0;
+    for (const double x : v) sum += x;
+    if (kinds_.offset)
+      for (double& x : v) x -= sum / static_cast<double>(v.size());
+    for (std::size_t k = 0; k < v.size(); ++k) along += v[k] * light_[k];
+    if (kinds_.factor && square_ > 0.0)
+      for (std::size_t k = 0; k < v.size(); ++k) v[k] -= along / square_ * light_[k];
+    return v;
+  }
+
+ private:
+  OwnKinds kinds_;
+  std::vector<double> light_;
+  double square_ = 0.0;
+};
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+/// Finds what each pixel tells.
+class Pixels {
+ public:
+  Pixels(const OwnKinds& kinds, const GrayOverLight& values, const PixelTexture& texture)
+      : kinds_(kinds), values_(values), texture_(texture), mean_(mean_of(values)) {}
+
+  std::vector<Telling> all() const {
+    const ImageF& factor = texture_.factor;
+    std::vector<Telling> out(factor.size());
+    std::vector<float> noise(factor.size(), 0.0F);  // variance of the factors
+#pragma omp parallel for schedule(static)
+    for (int y = kReach; y < factor.height - kReach; ++y)
+      for (int x = kReach; x < factor.width - kReach; ++x)
+        tell(x, y, out[factor.index(x, y)], noise[factor.index(x, y)]);
+    const auto row = static_cast<std::size_t>(factor.width);
+#pragma omp parallel for schedule(static)
+    for (int y = kReach; y < factor.height - kReach; ++y)
+      for (int x = kReach; x < factor.width - kReach; ++x) {
+        const std::size_t i = factor.index(x, y);
+        if (!out[i].counts) continue;
+        for (const std::size_t distance : {std::size_t{1}, row}) {
+          const float of_slope = (64.0F * (noise[i - distance] + noise[i + distance]) +
+                                  noise[i - 2 * distance] + noise[i + 2 * distance]) /
+                                 144.0F;
+          out[i].square -= of_slope * slopes_of_light(i, distance);
+        }
+      }
+    return out;
+  }
+
+ private:
+  std::vector<double> gathered(auto value) const {
+    std::vector<double> v;
+    for (const std::size_t k : values_.images()) v.push_back(value(k));
+    return v;
+  }
+
+  Projected line_of(std::size_t i) const {
+    return {kinds_, gathered([&](std::size_t k) { return values_.light_at(k, i); })};
+  }
+
+  void tell(int x, int y, Telling& out, float& noise) const {
+    const std::size_t i = texture_.factor.index(x, y);
+    if (!(texture_.factor.data[i] > 0.0F) || !is_smooth(mean_, x, y)) return;
+    for (const std::size_t k : values_.images())
+      if (!values_.is_usable(k, i)) return;
+    const Projected line = line_of(i);
+    const auto freedom = static_cast<double>(values_.images().size()) - 1.0 - (kinds_.offset ? 1.0 : 0.0);
+    if (!(line.square() > 0.0) || freedom < 1.0) return;
+    const std::vector<double> rest =
+        line.rest_of(gathered([&](std::size_t k) { return values_.gray_at(k, i); }));
+    const std::vector<double> moment = line.rest_of(gathered([&](std::size_t k) {
+      return render::texture_moment(texture_.factor, values_.light()[k], x, y) / values_.exposure(k);
+    }));
+    const double variance = dot(rest, rest) / freedom;
+    noise = static_cast<float>(variance / line.square());
+    out = {static_cast<float>(dot(rest, moment)), static_cast<float>(dot(moment, moment)),
+           static_cast<float>(variance), true};
+  }
+
+  /// Returns the sum of squares of the light's central differences along an axis, less the pixel's line.
+  float slopes_of_light(std::size_t i, std::size_t distance) const {
+    const std::vector<double> rest = line_of(i).rest_of(gathered([&](std::size_t k) {
+      const auto difference = [&](std::size_t far) {
+        return values_.light_at(k, i + far) - values_.light_at(k, i - far);
+      };
+      return (8.0 * difference(distance) - difference(2 * distance)) / 12.0;
+    }));
+    return static_cast<float>(dot(rest, rest));
+  }
+
+  OwnKinds kinds_;
+  const GrayOverLight& values_;
+  const PixelTexture& texture_;
+  ImageF mean_;
+};
+
+/// Returns the spread's square and its variance by the scatter of blocks; weights are one over the mean
+/// variance of the pixels' rests, since that of a single pixel is known too badly.
+std::pair<double, double> solve(const std::vector<Telling>& pixels, int width) {
+  double product = 0.0, square = 0.0;
+  for (const Telling& t : pixels)
+    if (t.counts) product += static_cast<double>(t.product), square += static_cast<double>(t.square);
+  const double s = square > 0.0 ? product / square : 0.0;
+  const int across = (width + kBlock - 1) / kBlock;
+  const auto height = static_cast<int>(pixels.size() / static_cast<std::size_t>(width));
+  std::vector<double> rest(static_cast<std::size_t>(across * ((height + kBlock - 1) / kBlock)), 0.0);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (const Telling& t = pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + x];
+          t.counts)
+        rest[y / kBlock * across + x / kBlock] +=
+            static_cast<double>(t.product) - s * static_cast<double>(t.square);
+  return {s, square > 0.0 ? dot(rest, rest) / (square * square) : 0.0};
+}
+
+/// Returns how far the pixel's own answer lies from s, in standard errors.
+double off(const Telling& t, double s) {
+  const double noise = std::sqrt(static_cast<double>(t.variance) * static_cast<double>(t.square));
+  return noise > 0.0 ? (static_cast<double>(t.product) - s * static_cast<double>(t.square)) / noise : 0.0;
+}
+
+}  // namespace
+
+GrayOverLight::GrayOverLight(const CameraImages& real, const std::vector<ImageF>& light,
+                             const std::vector<int>& images, const std::vector<double>& exposures,
+                             const Refinement::Line& line)
+    : real_(real),
+      light_(light),
+      exposures_(exposures),
+      line_(line),
+      images_(images.begin(), images.end()),
+      saturation_dn_(real.saturation_dn()) {}
+
+std::optional<TextureSpread> fit_texture_spread(const OwnKinds& kinds, const GrayOverLight& values,
+                                                const PixelTexture& texture) {
+  if (!kinds.factor || values.images().size() < 3) return std::nullopt;
+  std::vector<Telling> pixels = Pixels(kinds, values, texture).all();
+  auto [s, variance] = solve(pixels, texture.factor.width);
+  for (int round = 0; round < kRounds; ++round) {
+    for (Telling& t : pixels) t.counts = t.counts && std::abs(off(t, s)) <= kFarSigmas;
+    std::tie(s, variance) = solve(pixels, texture.factor.width);
+  }
+  const auto n = std::ranges::count_if(pixels, &Telling::counts);
+  const double sigma = std::sqrt(variance);
+  if (n < static_cast<std::ptrdiff_t>(kFewest) || !(s > kClearSigmas * sigma)) return std::nullopt;
+  return TextureSpread{std::sqrt(s), 0.5 * sigma / std::sqrt(s)};
+}
+
+}  // namespace fringetwin::compare

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern/pixel_texture.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+namespace fringetwin::render {
+namespace {
+
+/// Returns the slope at a pixel whose two neighbours on either side lie `distance` apart in the data, exact
+/// for polynomials of order 4; or, where only the next ones serve, the central difference.
+double slope(const ImageF& image, std::size_t i, std::size_t distance, bool is_wide) {
+  const auto difference = [&](std::size_t far) {
+    return static_cast<double>(image.data[i + far]) - static_cast<double>(image.data[i - far]);
+  };
+  return is_wide ? (8.0 * difference(distance) - difference(2 * distance)) / 12.0
+                 : 0.5 * difference(distance);
+}
+
+/// Returns the product of the slopes along one axis. `reach`: pixels to the nearer border.
+double moment_along(const ImageF& factor, const ImageF& image, std::size_t i, std::size_t distance,
+                    int reach) {
+  const auto tells = [&](std::size_t k) { return factor.data[k] > 0.0F && image.data[k] > 0.0F; };
+  if (reach < 1 || !tells(i) || !tells(i - distance) || !tells(i + distance)) return 0.0;
+  const bool is_wide = reach > 1 && tells(i - 2 * distance) && tells(i + 2 * distance);
+  return slope(factor, i, distance, is_wide) * slope(image, i, distance, is_wide);
+}
+
+}  // namespace
+
+double texture_moment(const ImageF& factor, const ImageF& image, int x, int y) {
+  const std::size_t i = image.index(x, y);
+  return moment_along(factor, image, i, 1, std::min(x, image.width - 1 - x)) +
+         moment_along(factor, image, i, static_cast<std::size_t>(image.width),
+                      std::min(y, image.height - 1 - y));
+}
+
+void apply_pixel_texture(const PixelTexture& texture, double spread_px, double exposure, ImageF& image) {
+  if (spread_px == 0.0 || texture.factor.empty()) {
+    for (std::size_t i = 0; i < image.size(); ++i) image.data[i] = texture.of(image.data[i], i, exposure);
+    return;
+  }
+  ImageF out(image.width, image.height);
+#pragma omp parallel for schedule(static)
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const std::size_t i = image.index(x, y);
+      const double plain = texture.factor_at(i) * static_cast<double>(image.data[i]);
+      const double moved = plain + spread_px * spread_px * texture_moment(texture.factor, image, x, y);
+      out.data[i] = static_cast<float>(std::max(0.0, moved) + exposure * texture.offset_at(i));
+    }
+  image = std::move(out);
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Applies to an image what each pixel has of its own, and what a texture that changes within a pixel does to
+// the fringes (docs/PHYSICS.md, "Camera lens").
+#pragma once
+#include "twin/image/image.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::render {
+
+/// Returns by how much a pixel's irradiance exceeds factor * image where both change within it, over
+/// spread_px^2: the sum over both axes of the products of their slopes, by the five pixels around it, or
+/// three where the outer ones lie beyond the border, are dark or have no factor; 0 where the inner ones are
+/// so.
+double texture_moment(const ImageF& factor, const ImageF& image, int x, int y);
+
+/// Makes of every value e: factor * e + spread_px^2 * texture_moment() + exposure * offset, not below 0 by
+/// the middle term. `exposure`: factor of the image, which e has already. `spread_px` 0: the line of each
+/// pixel.
+void apply_pixel_texture(const PixelTexture& texture, double spread_px, double exposure, ImageF& image);
+
+}  // namespace fringetwin::render
