@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -57,6 +58,14 @@ bool can_have_halo(const Twin& twin) {
   return p.blur_px > 0.0 && !gaps && twin.fringes.images.empty() && !(p.has_blur_field() && has_code(twin));
 }
 
+constexpr std::array kTermsOfBlurField{"u", "v", "u2", "uv", "v2"};  ///< order of blur_field_px2
+
+/// Returns whether a blur that varies over the projector's image can be rendered.
+bool can_have_blur_field(const Twin& twin) {
+  const Projector& p = *twin.projector;
+  return p.blur_px > 0.0 && !p.pixel_structure && !p.optics && twin.fringes.images.empty() && !has_code(twin);
+}
+
 /// Returns whether several pitches tell how light is spread: by what they lose of their contrast.
 bool has_pitches(const Twin& twin) {
   return std::ranges::any_of(twin.fringes.directions,
@@ -73,6 +82,7 @@ class ParameterList : private GroupList {
     if (group_ == "harmonics") add_harmonics();
     if (group_ == "contrast") add_contrast();
     if (group_ == "blur") add_blur();
+    if (group_ == "blur_field") add_blur_field();
     if (group_ == "halo") add_halo();
     if (group_ == "vignetting") add_vignetting();
     if (group_ == "albedo") add_albedo();
@@ -146,6 +156,15 @@ class ParameterList : private GroupList {
     const double least_px = twin_.projector->least_blur_px();
     p.smallest =
         twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2 : 0.0;
+  }
+
+  /// The terms of the quadratic that the blur's variance varies by over the projector's image.
+  void add_blur_field() {
+    if (!twin_.projector || !can_have_blur_field(twin_)) return;
+    for (std::size_t k = 0; k < kTermsOfBlurField.size(); ++k)
+      add(fmt::format("projector.blur_field_px2.{}", kTermsOfBlurField[k]), "px2",
+          twin_.projector->blur_field_px2[k], 0.05,
+          [k](Twin& t, double d) { t.projector->blur_field_px2[k] += d; });
   }
 
   /// Share and width of each part of the halo that the twin has, be they without light (with_empty_halo()).
@@ -293,6 +312,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},
+      {"blur_field", "how the blur's variance varies over the projector's image: a quadratic, five numbers",
+       "the projector is sharper here than there (blur_field_px2)", "", "", false},
   };
   return groups;
 }

@@ -266,6 +266,19 @@ TEST(Parameters, HarmonicsOfAllPitchesMoveTogether) {
   EXPECT_THAT(names_of(twin, "harmonics"), ::testing::IsEmpty());
 }
 
+TEST(Parameters, TermsOfTheBlursField) {
+  Twin twin = rich_twin();
+  twin.projector->blur_px = 1.0;
+  twin.projector->optics.reset();
+  twin.projector->pixel_structure = false;
+  twin.fringes.unwrap = Unwrap::heterodyne;
+  EXPECT_EQ(names_of(twin, "blur_field").size(), 5u);
+  const Parameter p = named(twin, "projector.blur_field_px2.uv");
+  EXPECT_EQ(with_change(twin, p, 0.25).projector->blur_field_px2, (std::array{0.0, 0.0, 0.0, 0.25, 0.0}));
+  twin.projector->blur_px = 0.0;  // a variance that rises on one side would be negative on the other
+  EXPECT_THAT(names_of(twin, "blur_field"), ::testing::IsEmpty());
+}
+
 // What the widest pitch has is the gain's.
 TEST(Parameters, ContrastOfEachPitchButTheWidest) {
   Twin twin = rich_twin();

@@ -423,6 +423,11 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
   if (asks_for_halo(asked)) drop_empty_halo(out.twin);
+  if (out.twin.projector && out.twin.projector->has_blur_field() &&
+      !(out.twin.projector->least_blur_px() > 0.0))
+    throw UserError(ExitCode::input, "--refine " + fmt::format("{}", fmt::join(asked, ",")),
+                    "the fitted blur has a negative variance somewhere in the projector's image",
+                    "refine blur with blur_field, or leave blur_field out");
   return out;
 }
 

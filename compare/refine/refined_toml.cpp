@@ -109,6 +109,10 @@ void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, cons
   ChangedKeys keys({.table = {"projector"}});
   add_device(keys, before.lens, before.T_proj_world, after.lens, after.T_proj_world);
   keys.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
+  const auto field = [](const Projector& p) {
+    return numbers(std::vector<double>(p.blur_field_px2.begin(), p.blur_field_px2.end()));
+  };
+  keys.key("blur_field_px2", field(before), field(after));
   keys.key("halo", halo_text(before.halo), halo_text(after.halo));
   keys.key("response", response_text(before.response), response_text(after.response));
   keys.key("light_field", numbers(before.light_field), numbers(after.light_field));

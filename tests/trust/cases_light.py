@@ -3,6 +3,7 @@
 import numpy as np
 
 from cases import add_case, planted
+from rig import PROJECTOR_SIZE
 
 WALL, BALL_N3 = dict(scene="wall"), dict(steps=3)
 RESPONSE = "response harmonics"
@@ -135,3 +136,19 @@ def waves_before_a_blurred_camera(rig, twin, random):
 add_case("refine_texture_spread", "surface", "waves of 40 % in the albedo before a camera whose known blur is 0.9 px; "
          "`--refine texture,texture_spread,offset`", waves_before_a_blurred_camera, FITTED, expect="explained", gain=False,
          refine="texture,texture_spread,offset", values={"left.texture_spread_px": float(np.sqrt(1 / 12 + 0.9**2))})
+
+
+BLUR_FIELD = dict(u=0.5, v=-0.4, u2=0.9, uv=0.3, v2=0.6)  # px^2, beside 1.5^2: contrasts fall by 5 % to the corners
+
+
+def sharper_in_the_middle(rig, twin, random):
+    def more(u, v):
+        a, b = (2 * (x + 0.5) / size - 1 for x, size in zip((u, v), PROJECTOR_SIZE))
+        return sum(c * t for c, t in zip(BLUR_FIELD.values(), (a, b, a * a, a * b, b * b)))
+    rig.blur_px = twin.blur_px = 1.5
+    rig.blur_field = more
+
+
+add_case("refine_blur_field", "surface", "the projector is sharper in its middle than in its corners; `--refine blur,blur_field`",
+         sharper_in_the_middle, dict(scene="wall", small=True), expect="explained", refine="blur,blur_field",
+         values={"projector.blur_px": 1.5, **{f"projector.blur_field_px2.{k}": c for k, c in BLUR_FIELD.items()}})
