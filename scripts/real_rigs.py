@@ -26,7 +26,8 @@ RUNS = [
      ["--hold-out", "3", "--refine", "exposure,image_shift,harmonics,texture,offset"]),
     ("cpsd-plane-4freq12step", "cpsd-plane-4freq12step/twin-rig.toml",
      "no calibration: a relative rig solved from the set's own phase, whose lengths mean nothing (datasets/README.md)",
-     ["--hold-out", "3", "--refine", "exposure,contrast,blur,harmonics,texture,offset"]),
+     ["--hold-out", "3", "--refine", "exposure,contrast,blur,projector.blur_field_px2.u,projector.blur_field_px2.v,harmonics,texture,texture_spread,"
+      "offset"]),
     ("slsdk-stereo-statue", "slsdk-stereo-statue/twin-rig.toml",
      "stereo calibration of the set, whose cameras measure the shape; the projector solved from that shape by `calibrate --projector-from` (docs/CALIBRATION.md)",
      ["--hold-out", "4", "--refine", "exposure,texture,offset"]),

@@ -427,7 +427,9 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
       !(out.twin.projector->least_blur_px() > 0.0))
     throw UserError(ExitCode::input, "--refine " + fmt::format("{}", fmt::join(asked, ",")),
                     "the fitted blur has a negative variance somewhere in the projector's image",
-                    "refine blur with blur_field, or leave blur_field out");
+                    "refine blur with it, and of the field its slopes alone, projector.blur_field_px2.u and "
+                    "projector.blur_field_px2.v, "
+                    "where only a part of the image is seen");
   return out;
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/pattern/camera_effects.hpp"
 
-#include "render/pattern/pixel_texture.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "render/pattern/pixel_texture.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
