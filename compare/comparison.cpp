@@ -299,8 +299,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         interior_mask(valid_in_both(twin.cameras[c], c, real, simulated), real_decode, simulated_decode);
     const SeenPixels seen = seen_pixels(real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(twin.cameras[c], options.rendered, 1.0);
-    const bool moves_fringes = twin.cameras[c].texture_spread_px > 0.0;  // then the budget need not hold it
-    const PixelTexture* texture = moves_fringes ? nullptr : twin.cameras[c].texture.get();
+    const PixelTexture* texture = twin.cameras[c].texture.get();
     LightOfReal light(twin, c, real);
     for (std::size_t d = 0; d < real_decode->directions.size(); ++d) {
       const DirectionDecode& r = real_decode->directions[d];

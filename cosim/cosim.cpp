@@ -120,9 +120,8 @@ void apply_texture(Run& run) {
   const bool code_alone = run.twin.fringes.steps == 0;
   for (std::size_t k = 0; k < patterns.size(); ++k)
     if (!patterns[k].is_image() && patterns[k].is_gray() == code_alone) images.push_back(static_cast<int>(k));
-  for (compare::RefinedRow& row : compare::apply_texture(*run.options.refinement, run.real.images, images,
-                                                         run.twin, run.simulated.irradiance))
-    run.options.refinement->rows.push_back(std::move(row));
+  compare::apply_texture(*run.options.refinement, run.real.images, images, run.twin,
+                         run.simulated.irradiance);
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
     for (std::size_t k = 0; k < patterns.size(); ++k)
       run.simulated.images[c].images[k] =
@@ -169,6 +168,7 @@ void refine(Run& run, const CosimRequest& request) {
   const compare::Side simulated = std::exchange(run.simulated, {});
   const measure::PointCloud noise_free = run.noise_free;
   const Rendering rendering = run.rendering;
+  compare::drop_texture_told_anew(*run.options.refinement, run.twin);
   simulate_side(run, request.render);  // tells what each pixel has of its own, too
   keep_changes(before, run.twin);
   measure_real(run, &before);

@@ -57,10 +57,17 @@ PixelTexture on_top_of(const PixelTexture& before, const PixelTexture& now) {
 
 }  // namespace
 
-std::vector<RefinedRow> apply_texture(const Refinement& refinement, const std::vector<CameraImages>& real,
-                                      const std::vector<int>& images, Twin& twin,
-                                      std::vector<CameraImages>& irradiance) {
-  std::vector<RefinedRow> rows;
+void drop_texture_told_anew(const Refinement& refinement, Twin& twin) {
+  for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
+    const PixelTexture* texture = twin.cameras[c].texture.get();
+    if (texture && refinement.texture[c] && refinement.own.factor &&
+        (refinement.own.offset || texture->offset.empty()))
+      twin.cameras[c].texture = nullptr;
+  }
+}
+
+void apply_texture(Refinement& refinement, const std::vector<CameraImages>& real,
+                   const std::vector<int>& images, Twin& twin, std::vector<CameraImages>& irradiance) {
   const bool fits_spread = std::ranges::find(refinement.asked, kTextureSpread) != refinement.asked.end();
   for (std::size_t c = 0; c < refinement.texture.size(); ++c) {
     if (!refinement.texture[c]) continue;
@@ -75,8 +82,11 @@ std::vector<RefinedRow> apply_texture(const Refinement& refinement, const std::v
       const double before = camera.texture_spread_px;
       if (const auto fitted = fit_texture_spread(refinement.own, values, now)) {
         camera.texture_spread_px = fitted->spread_px;
-        rows.push_back(
+        refinement.rows.push_back(
             {camera.name + ".texture_spread_px", "px", before, fitted->spread_px, fitted->sigma_px});
+      } else {
+        refinement.notes.push_back(
+            camera.name + ".texture_spread_px stays at the twin's value: these images do not tell it");
       }
     }
     if (camera.texture_spread_px > 0.0) {
@@ -88,7 +98,6 @@ std::vector<RefinedRow> apply_texture(const Refinement& refinement, const std::v
     for (std::size_t k = 0; k < e.size(); ++k)
       render::apply_pixel_texture(now, camera.texture_spread_px, factor_of(camera.exposure_factors, k), e[k]);
   }
-  return rows;
 }
 
 }  // namespace fringetwin::compare

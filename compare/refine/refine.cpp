@@ -11,7 +11,6 @@
 #include "compare/causes/parameters.hpp"
 #include "compare/gray/gray_pair.hpp"
 #include "compare/gray/interior_mask.hpp"
-#include "compare/gray/own_light.hpp"
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
@@ -38,8 +37,8 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 /// its gloss, its intrinsics, its motion, the field of its light or its knee, nor for what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
-                         p.group == "motion" || p.group == "projector_field" || p.group == "camera_knee" ||
-                         !p.change;
+                         p.group == "motion" || p.group == "projector_field" || p.group == "blur_field" ||
+                         p.group == "camera_knee" || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
@@ -91,6 +90,9 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
     throw UserError(ExitCode::usage, "--refine",
                     "texture_spread is told by the factors of neighbouring pixels, which nothing fits here",
                     "add texture");
+  if (is_asked(asked, kTextureSpread) && twin.fringes.steps == 0)
+    throw UserError(ExitCode::usage, "--refine",
+                    "texture_spread is told by smooth fringes, and a code has edges alone", "leave it out");
   if ((albedo || texture) && is_asked(asked, "gain"))
     throw UserError(
         ExitCode::usage, "--refine",
@@ -423,13 +425,13 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
   if (asks_for_halo(asked)) drop_empty_halo(out.twin);
-  if (out.twin.projector && out.twin.projector->has_blur_field() &&
-      !(out.twin.projector->least_blur_px() > 0.0))
-    throw UserError(ExitCode::input, "--refine " + fmt::format("{}", fmt::join(asked, ",")),
-                    "the fitted blur has a negative variance somewhere in the projector's image",
-                    "refine blur with it, and of the field its slopes alone, projector.blur_field_px2.u and "
-                    "projector.blur_field_px2.v, "
-                    "where only a part of the image is seen");
+  // held-out images are predicted by the fit as it is: rendering takes a negative variance for none
+  if (worse == WhatIsWorse::taken_back && !out.report.taken_back && out.twin.projector &&
+      out.twin.projector->has_blur_field() && !(out.twin.projector->least_blur_px() > 0.0))
+    take_back(
+        out, twin,
+        "the blur's variance would be negative somewhere in the projector's image; where only a part of it "
+        "is seen, refine blur with projector.blur_field_px2.u and projector.blur_field_px2.v alone");
   return out;
 }
 

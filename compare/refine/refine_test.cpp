@@ -169,6 +169,10 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
   for (const char* asked :
        {"light", "image_3.light", "size", "intrinsics", "specular", "left", "ball", "projector"})
     EXPECT_EQ(message(asked), "") << asked;
+  EXPECT_THAT(message("texture_spread"), HasSubstr("add texture"));
+  twin.projector->blur_px = 1.0;  // then it may vary, and that only by its own name
+  for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "blur_field");
+  EXPECT_EQ(refinable_parameters(twin, {"blur_field"}).size(), 5u);
 }
 
 TEST(Refine, ExposuresAreWrittenAsTheyAreRead) {

@@ -18,6 +18,9 @@ constexpr double kFarSigmas = 4.0;  ///< pixels beyond are none of the model's
 constexpr int kRounds = 4;          ///< of leaving out such pixels
 constexpr double kClearSigmas = 5.0;
 constexpr std::size_t kFewest = 1000;
+constexpr std::size_t kFewestBlocks =
+    12;                             ///< that tell the standard error: of noise 1 in 2500 passes 5 of them
+constexpr double kWidestPx = 20.0;  ///< as the twin's key has it
 
 /// What a pixel tells of the spread's square s: minimum of |rest - s * moment|^2 over its values.
 struct Telling {
@@ -157,23 +160,63 @@ class Pixels {
   ImageF mean_;
 };
 
-/// Returns the spread's square and its variance by the scatter of blocks; weights are one over the mean
-/// variance of the pixels' rests, since that of a single pixel is known too badly.
-std::pair<double, double> solve(const std::vector<Telling>& pixels, int width) {
-  double product = 0.0, square = 0.0;
-  for (const Telling& t : pixels)
-    if (t.counts) product += static_cast<double>(t.product), square += static_cast<double>(t.square);
-  const double s = square > 0.0 ? product / square : 0.0;
-  const int across = (width + kBlock - 1) / kBlock;
-  const auto height = static_cast<int>(pixels.size() / static_cast<std::size_t>(width));
-  std::vector<double> rest(static_cast<std::size_t>(across * ((height + kBlock - 1) / kBlock)), 0.0);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      if (const Telling& t = pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + x];
-          t.counts)
-        rest[y / kBlock * across + x / kBlock] +=
-            static_cast<double>(t.product) - s * static_cast<double>(t.square);
-  return {s, square > 0.0 ? dot(rest, rest) / (square * square) : 0.0};
+/// Pixels of an image, dealt to blocks.
+class Blocks {
+ public:
+  Blocks(int width, int height)
+      : width_(width), across_((width + kBlock - 1) / kBlock), down_((height + kBlock - 1) / kBlock) {}
+  std::size_t count() const { return static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_); }
+  std::size_t of(std::size_t pixel) const {
+    const auto x = static_cast<int>(pixel % static_cast<std::size_t>(width_)),
+               y = static_cast<int>(pixel / static_cast<std::size_t>(width_));
+    return static_cast<std::size_t>(y / kBlock * across_ + x / kBlock);
+  }
+
+ private:
+  int width_, across_, down_;
+};
+
+/// Gives the pixels of a block the median of their variances: that of a single pixel is known too badly, and
+/// holds what is wrong with it.
+void share_variances(const Blocks& blocks, std::vector<Telling>& pixels) {
+  std::vector<std::vector<float>> of_block(blocks.count());
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (pixels[i].counts) of_block[blocks.of(i)].push_back(pixels[i].variance);
+  for (std::vector<float>& v : of_block)
+    if (!v.empty()) {
+      const float median = upper_median(v);
+      v = {median};
+    }
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (pixels[i].counts) pixels[i].variance = of_block[blocks.of(i)].front();
+}
+
+/// The spread's square and its variance by the scatter of the blocks that have pixels.
+struct Solution {
+  double square = 0.0, variance = 0.0;
+  std::size_t n_blocks = 0;
+};
+
+Solution solve(const Blocks& blocks, const std::vector<Telling>& pixels) {
+  std::vector<double> products(blocks.count(), 0.0), squares(blocks.count(), 0.0);
+  std::vector<bool> has_pixels(blocks.count(), false);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (const Telling& t = pixels[i]; t.counts) {
+      products[blocks.of(i)] += static_cast<double>(t.product);
+      squares[blocks.of(i)] += static_cast<double>(t.square);
+      has_pixels[blocks.of(i)] = true;
+    }
+  double product = 0.0, square = 0.0, scatter = 0.0;
+  for (std::size_t b = 0; b < products.size(); ++b) product += products[b], square += squares[b];
+  Solution out;
+  out.n_blocks = static_cast<std::size_t>(std::ranges::count(has_pixels, true));
+  if (!(square > 0.0) || out.n_blocks < 2) return out;
+  out.square = product / square;
+  for (std::size_t b = 0; b < products.size(); ++b)
+    scatter += std::pow(products[b] - out.square * squares[b], 2);
+  const auto n = static_cast<double>(out.n_blocks);
+  out.variance = n / (n - 1.0) * scatter / (square * square);
+  return out;
 }
 
 /// Returns how far the pixel's own answer lies from s, in standard errors.
@@ -198,15 +241,19 @@ std::optional<TextureSpread> fit_texture_spread(const OwnKinds& kinds, const Gra
                                                 const PixelTexture& texture) {
   if (!kinds.factor || values.images().size() < 3) return std::nullopt;
   std::vector<Telling> pixels = Pixels(kinds, values, texture).all();
-  auto [s, variance] = solve(pixels, texture.factor.width);
+  const Blocks blocks(texture.factor.width, texture.factor.height);
+  share_variances(blocks, pixels);
+  Solution found = solve(blocks, pixels);
   for (int round = 0; round < kRounds; ++round) {
-    for (Telling& t : pixels) t.counts = t.counts && std::abs(off(t, s)) <= kFarSigmas;
-    std::tie(s, variance) = solve(pixels, texture.factor.width);
+    for (Telling& t : pixels) t.counts = t.counts && std::abs(off(t, found.square)) <= kFarSigmas;
+    found = solve(blocks, pixels);
   }
   const auto n = std::ranges::count_if(pixels, &Telling::counts);
-  const double sigma = std::sqrt(variance);
-  if (n < static_cast<std::ptrdiff_t>(kFewest) || !(s > kClearSigmas * sigma)) return std::nullopt;
-  return TextureSpread{std::sqrt(s), 0.5 * sigma / std::sqrt(s)};
+  const double sigma = std::sqrt(found.variance), spread_px = std::sqrt(std::max(0.0, found.square));
+  if (n < static_cast<std::ptrdiff_t>(kFewest) || found.n_blocks < kFewestBlocks ||
+      !(found.square > kClearSigmas * sigma) || spread_px > kWidestPx)
+    return std::nullopt;
+  return TextureSpread{spread_px, 0.5 * sigma / spread_px};
 }
 
 }  // namespace fringetwin::compare

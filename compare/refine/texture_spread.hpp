@@ -51,7 +51,7 @@ struct TextureSpread {
 /// whose factors come from them without a spread: least squares on what the line of each pixel leaves, noise
 /// of the factors' slopes taken out; standard error by the scatter of blocks of 32 px. Pixels count whose
 /// light is smooth without fringes (no outline, no border of a shadow). nullopt where its square is not clear
-/// of zero by 5 standard errors, fewer than 1000 pixels tell it, or there is no factor.
+/// of zero by 5 standard errors, fewer than 1000 pixels or 12 blocks tell it, or there is no factor.
 std::optional<TextureSpread> fit_texture_spread(const OwnKinds& kinds, const GrayOverLight& values,
                                                 const PixelTexture& texture);
 

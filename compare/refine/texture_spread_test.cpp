@@ -100,6 +100,20 @@ TEST(TextureSpread, NoiseOfTheFactorsMovesItByItsStandardErrorOnly) {
   }
 }
 
+// One pixel in a hundred shows something else: its fringes lie 0.3 rad further.
+TEST(TextureSpread, PixelsOfAnotherKindAreLeftOut) {
+  Scene s = scene(0.8, 0.5);
+  for (std::size_t i = 0; i < s.light[0].size(); i += 97)
+    for (int k = 0; k < kSteps; ++k) {
+      const double x = static_cast<double>(i % kWidth), y = static_cast<double>(i / kWidth);
+      const double moved = light_at(x + 0.3 * kPeriod / (2.0 * std::numbers::pi), y, k);
+      s.real.images[k].data[i] = static_cast<float>(kBlack + kGain * moved * texture_at(x, y));
+    }
+  const auto found = fitted(s);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(found->spread_px, 0.8, std::hypot(4.0 * found->sigma_px, 0.016)) << found->sigma_px;
+}
+
 TEST(TextureSpread, IsNotToldWithoutATexture) {
   Scene s = scene(0.8, 1.0);
   for (std::size_t k = 0; k < kSteps; ++k)  // the same fringes on plain paper

@@ -48,7 +48,8 @@ void apply_pixel_texture(const PixelTexture& texture, double spread_px, double e
       const std::size_t i = image.index(x, y);
       const double plain = texture.factor_at(i) * static_cast<double>(image.data[i]);
       const double moved = plain + spread_px * spread_px * texture_moment(texture.factor, image, x, y);
-      out.data[i] = static_cast<float>(std::max(0.0, moved) + exposure * texture.offset_at(i));
+      out.data[i] =
+          static_cast<float>(std::max(std::min(0.0, plain), moved) + exposure * texture.offset_at(i));
     }
   image = std::move(out);
 }

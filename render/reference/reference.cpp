@@ -467,6 +467,8 @@ void Reference::add_within_pixel(const Camera& camera, std::size_t index, int x,
       irradiance[k] += std::pow(camera.texture_spread_px, 2) * of_factor * of_light / factor[2];
     }
   }
+  for (std::size_t k = 0; k < irradiance.size(); ++k)
+    irradiance[k] = std::max(std::min(0.0, middle[k]), irradiance[k]);
 }
 
 ReferencePixel Reference::pixel(std::size_t camera, int x, int y,

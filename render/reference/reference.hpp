@@ -70,7 +70,8 @@ class Reference : NotCopyable {
   ReferencePixel without_texture(std::size_t camera, int x, int y,
                                  const ReferenceQuadrature& quadrature) const;
   /// Adds to each irradiance the light that a texture which changes within the pixel takes from its brighter
-  /// or darker side: spread^2 (factor_x E_x + factor_y E_y), slopes by the neighbours' pixels.
+  /// or darker side: spread^2 (factor_x E_x + factor_y E_y), slopes by the neighbours' pixels; none falls
+  /// below 0 by it.
   void add_within_pixel(const Camera& camera, std::size_t index, int x, int y,
                         const ReferenceQuadrature& quadrature, std::vector<double>& irradiance) const;
 

@@ -119,6 +119,10 @@ FITTED = dict(scene="wall", small=True, nodes=12)  # 12: the edges cut pixels an
 OWN = dict(gain=False, refine="texture,offset")
 add_case("refine_checker", "surface", "squares of 8 mm, 1 and 0.35 of the albedo; `--refine texture,offset`", checkered,
          FITTED, expect="any", verdict={"phase": "explained", "coverage": "explained"}, **OWN)
+add_case("refine_checker_spread", "surface",
+         "squares of 8 mm, 1 and 0.35 of the albedo, too sharp for it; `--refine texture,texture_spread,offset`", checkered,
+         FITTED, expect="any", verdict={"phase": "explained", "coverage": "explained"}, gain=False,
+         refine="texture,texture_spread,offset")
 add_case("refine_fine_checker", "surface", "squares of 1.3 mm, 1 and 0.6 of the albedo; `--refine texture,offset`",
          checkered_finely, FITTED, expect="any", verdict={"coverage": "explained"}, **OWN)
 add_case("refine_checker_lens", "surface",

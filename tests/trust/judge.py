@@ -48,7 +48,7 @@ def row_of(case, truth, known, folder, run, seconds):
     refined = os.path.join(folder, "out", "refined.toml")
     if case.refine == "pose" and os.path.exists(refined):
         row["refined"] = deviations(os.path.join(folder, "twin.toml"), refined, truth.things[0], result["refinement"])
-    elif case.refine and case.values and result.get("refinement"):
+    elif case.refine and result.get("refinement"):
         row["refined"] = deviations_of_values(case.values, result["refinement"])
     return row
 
@@ -84,8 +84,8 @@ def first_object(path):
 def deviations_of_values(values, refinement):
     """How many standard errors the refined values are off that are planted by name; infinitely many of one that is missing."""
     found = {p["name"]: p for p in refinement["parameters"]}
-    z = [(found[name]["after"] - value) / found[name]["after_sigma"] if name in found else float("inf")
-         for name, value in values.items()]
+    z = [(found[name]["after"] - value) / found[name]["after_sigma"]
+         if name in found and found[name]["after_sigma"] else float("inf") for name, value in values.items()]
     return dict(converged=refinement["converged"], z=z)
 
 
@@ -165,7 +165,7 @@ def refinement_faults(row):
         return
     if not row["refined"]["converged"]:
         yield "NOT-CONVERGED"
-    worst = max(map(abs, row["refined"]["z"]))
+    worst = max(map(abs, row["refined"]["z"]), default=0)
     if worst > 3:
         yield f"REFINED-OFF: by {worst:.1f} standard errors"
 
