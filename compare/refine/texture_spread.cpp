@@ -18,7 +18,7 @@ constexpr double kFarSigmas = 4.0;  ///< pixels beyond are none of the model's
 constexpr int kRounds = 4;          ///< of leaving out such pixels
 constexpr double kClearSigmas = 5.0;
 constexpr std::size_t kFewest = 1000;
-constexpr std::size_t kFewestBlocks =
+constexpr std::size_t kFewestTellingBlocks =
     12;                             ///< that tell the standard error: of noise 1 in 2500 passes 5 of them
 constexpr double kWidestPx = 20.0;  ///< as the twin's key has it
 
@@ -184,7 +184,7 @@ void share_variances(const Blocks& blocks, std::vector<Telling>& pixels) {
     if (pixels[i].counts) of_block[blocks.of(i)].push_back(pixels[i].variance);
   for (std::vector<float>& v : of_block)
     if (!v.empty()) {
-      const float median = upper_median(v);
+      const auto median = static_cast<float>(upper_median(v));
       v = {median};
     }
   for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -250,7 +250,7 @@ std::optional<TextureSpread> fit_texture_spread(const OwnKinds& kinds, const Gra
   }
   const auto n = std::ranges::count_if(pixels, &Telling::counts);
   const double sigma = std::sqrt(found.variance), spread_px = std::sqrt(std::max(0.0, found.square));
-  if (n < static_cast<std::ptrdiff_t>(kFewest) || found.n_blocks < kFewestBlocks ||
+  if (n < static_cast<std::ptrdiff_t>(kFewest) || found.n_blocks < kFewestTellingBlocks ||
       !(found.square > kClearSigmas * sigma) || spread_px > kWidestPx)
     return std::nullopt;
   return TextureSpread{spread_px, 0.5 * sigma / spread_px};
