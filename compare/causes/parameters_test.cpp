@@ -125,6 +125,8 @@ Numbers numbers_of(const Twin& twin) {
   put(out, "projector.pose", p.T_proj_world);
   out["projector.intensity"] = p.intensity;
   out["projector.blur"] = p.blur_px;
+  for (std::size_t i = 0; i < p.blur_field_px2.size(); ++i)
+    out[fmt::format("projector.blur_field{}", i)] = p.blur_field_px2[i];
   out["projector.gamma"] = p.response.gamma;
   out["projector.ambient"] = p.ambient;
   for (std::size_t i = 0; i < kLightFieldTerms.size(); ++i)
