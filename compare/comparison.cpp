@@ -299,7 +299,6 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         interior_mask(valid_in_both(twin.cameras[c], c, real, simulated), real_decode, simulated_decode);
     const SeenPixels seen = seen_pixels(real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(twin.cameras[c], options.rendered, 1.0);
-    const PixelTexture* texture = twin.cameras[c].texture.get();
     LightOfReal light(twin, c, real);
     for (std::size_t d = 0; d < real_decode->directions.size(); ++d) {
       const DirectionDecode& r = real_decode->directions[d];
@@ -310,9 +309,10 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
-      out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, rendering,
+      const TextureShift texture = texture_shift(r, *s, twin.cameras[c].texture.get());
+      out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, texture, rendering,
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen,
-                                            {options.shape_noise.get(), c}, texture));
+                                            {options.shape_noise.get(), c}));
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior, texture))
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
       if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)

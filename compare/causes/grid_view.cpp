@@ -11,7 +11,6 @@ namespace fringetwin::compare {
 namespace {
 
 /// Returns whether the rays of a camera can be had without those between or around them.
-/// Returns whether pixels can be rendered without their neighbours.
 bool can_be_thinned(const Camera& camera) {
   return camera.lens.is_perspective() && camera.psf_px == 0.0 &&
          !(camera.texture && camera.texture_spread_px > 0.0);

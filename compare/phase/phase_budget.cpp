@@ -103,8 +103,8 @@ class PhaseBudgetFit {
     return out;
   }
 
-  std::optional<RippleTest> test(ImageU8 interior, const PixelTexture* texture) {
-    leave_out_steep_texture(texture, interior);
+  std::optional<RippleTest> test(ImageU8 interior, const TextureShift& texture) {
+    leave_out_steep_texture(texture.largest_rad, interior);
     const RippleSums sums = add_rows(&interior);
     if (sums.n < kFewestPixels) return std::nullopt;
     RippleTest out{.order = ripple_.order, .functions = ripple_.per_group(), .information = sums.information};
@@ -117,8 +117,7 @@ class PhaseBudgetFit {
 
  private:
   /// A texture that changes within a pixel moves its phase with the fringe, and more so at a finer pitch.
-  void leave_out_steep_texture(const PixelTexture* texture, ImageU8& interior) const {
-    const ImageF shift_rad = texture_shift(real_, simulated_, texture).largest_rad;
+  void leave_out_steep_texture(const ImageF& shift_rad, ImageU8& interior) const {
     for (std::size_t i = 0; i < interior.size(); ++i)
       if (std::pow(static_cast<double>(shift_rad.data[i]), 2) > kSteep * kSteep * noise_variance(i))
         interior.data[i] = 0;
@@ -269,7 +268,7 @@ std::optional<PhaseBudget> phase_budget(const Twin& twin, const DirectionDecode&
 
 std::optional<RippleTest> test_ripple(const Twin& twin, const DirectionDecode& real,
                                       const DirectionDecode& simulated, const std::vector<int>& use_steps,
-                                      const ImageU8& interior, const PixelTexture* texture) {
+                                      const ImageU8& interior, const TextureShift& texture) {
   Ripple ripple = ripple_of(twin, real, use_steps);
   if (ripple.pitch_px.empty()) return std::nullopt;
   return PhaseBudgetFit(real, simulated, std::move(ripple)).test(interior, texture);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "compare/phase/texture_shift.hpp"
 #include "compare/result/rows.hpp"
 #include "measure/decode/decode.hpp"
 #include "twin/twin.hpp"
@@ -38,12 +39,11 @@ struct RippleTest {
   double information = 0.0;       ///< sum of 1/variance, rad^-2
 };
 /// Tests the difference over the interior pixels for ripples, each pixel by the variance of its noise. Pixels
-/// that a texture moves are left out, as their shift follows the fringes; `texture`: what the simulated
-/// side's pixels have of their own, null for none. nullopt without phase steps or with fewer than 1000
-/// pixels.
+/// that a texture moves are left out, as their shift follows the fringes. nullopt without phase steps or with
+/// fewer than 1000 pixels.
 std::optional<RippleTest> test_ripple(const Twin& twin, const measure::DirectionDecode& real,
                                       const measure::DirectionDecode& simulated,
                                       const std::vector<int>& use_steps, const ImageU8& interior,
-                                      const PixelTexture* texture = nullptr);
+                                      const TextureShift& texture);
 
 }  // namespace fringetwin::compare

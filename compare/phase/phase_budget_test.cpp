@@ -178,7 +178,7 @@ RippleTest ripple_between(Bench real, const std::vector<int>& steps) {
   ImageU8 interior(kWidth, kHeight, 0);
   for (int y = 2; y < kHeight - 2; ++y)
     for (int x = 2; x < kWidth - 2; ++x) interior(x, y) = 1;
-  return test_ripple(real.twin, a, b, steps, interior).value();
+  return test_ripple(real.twin, a, b, steps, interior, texture_shift(a, b)).value();
 }
 
 TEST(RippleTest, NoiseTakesOneAFunction) {

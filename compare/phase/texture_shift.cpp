@@ -14,8 +14,8 @@ using measure::DirectionDecode;
 
 constexpr double kClearSigmas = 3.0;  ///< of a difference between neighbours that is no noise
 
-/// The logarithm of real over simulated amplitude, that without the texture, and the variance that noise
-/// gives it: that of the phase.
+/// The logarithm of the real amplitude over the simulated one without its texture, and the variance that
+/// noise gives it: that of the phase.
 struct Weights {
   ImageF log, variance;
 };

@@ -14,25 +14,24 @@
 namespace fringetwin::compare {
 namespace {
 
-/// Returns how bright and by what offset each pixel is beside its light, by its values; `with_slopes`: the
-/// light is that which the slopes of this texture move, where the camera's pixels have a spread.
+/// Returns the line of each pixel through its values over the light, to which the slopes of this factor add
+/// what they do within a pixel of this spread (0: nothing).
 PixelTexture texture_by(const OwnKinds& kinds, const GrayOverLight& values, double spread_px,
-                        const PixelTexture* with_slopes) {
-  const std::vector<ImageF>& e = values.light();
+                        const ImageF& factor) {
   PixelTexture out;
-  out.factor = ImageF(e.front().width, e.front().height, 1.0F);
-  if (kinds.offset) out.offset = ImageF(e.front().width, e.front().height, 0.0F);
+  out.factor = ImageF(factor.width, factor.height, 1.0F);
+  if (kinds.offset) out.offset = ImageF(factor.width, factor.height, 0.0F);
 #pragma omp parallel for schedule(static)
-  for (int y = 0; y < e.front().height; ++y)
-    for (int x = 0; x < e.front().width; ++x) {
-      const std::size_t i = e.front().index(x, y);
+  for (int y = 0; y < factor.height; ++y)
+    for (int x = 0; x < factor.width; ++x) {
+      const std::size_t i = factor.index(x, y);
       OwnLightSums sums;
       for (const std::size_t k : values.images()) {
         if (!values.is_usable(k, i)) continue;
         double light = values.light_at(k, i);
-        if (with_slopes && with_slopes->factor.data[i] > 0.0F)
-          light += spread_px * spread_px * render::texture_moment(with_slopes->factor, e[k], x, y) /
-                   with_slopes->factor_at(i) / values.exposure(k);
+        if (spread_px > 0.0 && factor.data[i] > 0.0F)
+          light += spread_px * spread_px * render::texture_moment(factor, values.light()[k], x, y) /
+                   static_cast<double>(factor.data[i]) / values.exposure(k);
         sums.add(light, values.gray_at(k, i));
       }
       const OwnLight own = sums.line(kinds);
@@ -77,7 +76,8 @@ void apply_texture(Refinement& refinement, const std::vector<CameraImages>& real
     std::vector<ImageF>& e = irradiance[c].images;
     const GrayOverLight values(as_taken ? real[c] : *straight, e, images, camera.exposure_factors,
                                *refinement.texture[c]);
-    PixelTexture now = texture_by(refinement.own, values, 0.0, nullptr);
+    PixelTexture now =
+        texture_by(refinement.own, values, 0.0, ImageF(e.front().width, e.front().height, 1.0F));
     if (fits_spread) {
       const double before = camera.texture_spread_px;
       if (const auto fitted = fit_texture_spread(refinement.own, values, now)) {
@@ -89,10 +89,8 @@ void apply_texture(Refinement& refinement, const std::vector<CameraImages>& real
             camera.name + ".texture_spread_px stays at the twin's value: these images do not tell it");
       }
     }
-    if (camera.texture_spread_px > 0.0) {
-      const PixelTexture slopes = now;
-      now = texture_by(refinement.own, values, camera.texture_spread_px, &slopes);
-    }
+    if (camera.texture_spread_px > 0.0)
+      now = texture_by(refinement.own, values, camera.texture_spread_px, now.factor);
     const PixelTexture before = camera.texture ? *camera.texture : PixelTexture{};
     camera.texture = std::make_shared<const PixelTexture>(on_top_of(before, now));
     for (std::size_t k = 0; k < e.size(); ++k)

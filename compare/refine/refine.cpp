@@ -312,8 +312,14 @@ class Refiner {
     out.report.n = before.n;
     out.report.chi2_before = before.chi2;
     out.report.chi2_after = after.chi2;
-    if (const std::string worse = what_got_worse(before, after); !worse.empty())
-      take_back(out, as_written, worse);
+    std::string worse = what_got_worse(before, after);
+    if (worse.empty() && out.twin.projector && out.twin.projector->has_blur_field() &&
+        !(out.twin.projector->least_blur_px() > 0.0))
+      worse =
+          "the blur's variance would be negative somewhere in the projector's image; where only a part of it "
+          "is "
+          "seen, refine blur with projector.blur_field_px2.u and projector.blur_field_px2.v alone";
+    if (!worse.empty()) take_back(out, as_written, worse);
   }
 
   /// Reports values, standard errors, covariance and what is hardly told apart.
@@ -425,13 +431,6 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
   if (asks_for_halo(asked)) drop_empty_halo(out.twin);
-  // held-out images are predicted by the fit as it is: rendering takes a negative variance for none
-  if (worse == WhatIsWorse::taken_back && !out.report.taken_back && out.twin.projector &&
-      out.twin.projector->has_blur_field() && !(out.twin.projector->least_blur_px() > 0.0))
-    take_back(
-        out, twin,
-        "the blur's variance would be negative somewhere in the projector's image; where only a part of it "
-        "is seen, refine blur with projector.blur_field_px2.u and projector.blur_field_px2.v alone");
   return out;
 }
 

@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <span>
 
 #include "compare/causes/parameters_geometry.hpp"
 #include "compare/refine/refine.hpp"
@@ -13,12 +15,12 @@
 namespace fringetwin::compare {
 namespace {
 
-std::string numbers(const std::vector<double>& values) {
+std::string numbers(std::span<const double> values) {
   return fmt::format("[{}]", fmt::join(values, ", "));  // shortest, exact
 }
 std::string numbers(const Pose& pose) {
   const RotTrans rt = rt_from_pose(pose);
-  return numbers(std::vector<double>(rt.data(), rt.data() + 6));
+  return numbers({rt.data(), 6});
 }
 
 /// Collects the keys of one table that changed.
@@ -70,26 +72,20 @@ std::string response_text(const CameraResponse& r) {
   if (r.corners.size() == 1)
     return fmt::format("{{ knee_dn = {}, slope = {} }}", r.corners[0].in_dn, r.last_slope);
   std::vector<std::string> points;
-  for (const CameraResponse::Corner& c : r.corners) points.push_back(numbers({c.in_dn, c.out_dn}));
+  for (const CameraResponse::Corner& c : r.corners) points.push_back(numbers(std::array{c.in_dn, c.out_dn}));
   return fmt::format("{{ table = [{}] }}", fmt::join(points, ", "));
 }
 
 void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Camera& after) {
   ChangedKeys camera({.table = {"camera"}, .entry = after.name});
   add_device(camera, before.lens, before.T_cam_world, after.lens, after.T_cam_world);
-  const auto polynomial = [](const Camera& c) {
-    return numbers(std::vector<double>(c.vignetting.a.begin(), c.vignetting.a.end()));
-  };
-  const auto tilt = [](const Camera& c) {
-    return numbers(std::vector<double>(c.vignetting.tilt.begin(), c.vignetting.tilt.end()));
-  };
   camera.key("exposure_factors", numbers(before.exposure_factors), numbers(after.exposure_factors));
   camera.key("texture", quoted(plain_text(before.texture_file.string())),
              quoted(plain_text(after.texture_file.string())));
   camera.key("texture_spread_px", fmt::format("{}", before.texture_spread_px),
              fmt::format("{}", after.texture_spread_px));
-  camera.key("vignetting", polynomial(before), polynomial(after));
-  camera.key("vignetting_tilt", tilt(before), tilt(after));
+  camera.key("vignetting", numbers(before.vignetting.a), numbers(after.vignetting.a));
+  camera.key("vignetting_tilt", numbers(before.vignetting.tilt), numbers(after.vignetting.tilt));
   camera.append_to(blocks);
   ChangedKeys sensor({.table = {"camera", "sensor"}, .entry = after.name});
   sensor.key("gain_dn", fmt::format("{}", before.sensor.gain_dn), fmt::format("{}", after.sensor.gain_dn));
@@ -101,7 +97,7 @@ void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Came
 
 std::string halo_text(const std::vector<Halo>& halo) {
   std::vector<std::string> parts;
-  for (const Halo& h : halo) parts.push_back(numbers(std::vector<double>{h.share, h.sigma_px}));
+  for (const Halo& h : halo) parts.push_back(numbers(std::array{h.share, h.sigma_px}));
   return fmt::format("[{}]", fmt::join(parts, ", "));
 }
 
@@ -109,10 +105,7 @@ void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, cons
   ChangedKeys keys({.table = {"projector"}});
   add_device(keys, before.lens, before.T_proj_world, after.lens, after.T_proj_world);
   keys.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
-  const auto field = [](const Projector& p) {
-    return numbers(std::vector<double>(p.blur_field_px2.begin(), p.blur_field_px2.end()));
-  };
-  keys.key("blur_field_px2", field(before), field(after));
+  keys.key("blur_field_px2", numbers(before.blur_field_px2), numbers(after.blur_field_px2));
   keys.key("halo", halo_text(before.halo), halo_text(after.halo));
   keys.key("response", response_text(before.response), response_text(after.response));
   keys.key("light_field", numbers(before.light_field), numbers(after.light_field));
@@ -123,7 +116,7 @@ void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, cons
 
 std::string harmonics_text(const Harmonics& list) {
   std::vector<std::string> pairs;
-  for (const Harmonic& h : list) pairs.push_back(numbers(std::vector<double>{h.cosine, h.sine}));
+  for (const Harmonic& h : list) pairs.push_back(numbers(std::array{h.cosine, h.sine}));
   return fmt::format("[{}]", fmt::join(pairs, ", "));
 }
 /// One list of pairs where all pitches have the same, else one per pitch.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/refine/texture_spread.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "render/pattern/pixel_texture.hpp"
@@ -47,41 +47,24 @@ ImageF mean_of(const GrayOverLight& values) {
   return mean;
 }
 
-/// The values of a pixel, with the line in the light of the twin taken out of any of them.
+/// The line in the light of a pixel, which can be taken out of any of its values.
 class Projected {
  public:
-  Projected(const OwnKinds& kinds, std::vector<double> light) : kinds_(kinds), light_(std::move(light)) {
-    const auto n = static_cast<double>(light_.size());
-    if (kinds_.offset) {
-      double sum = 0.0;
-      for (const double x : light_) sum += x;
-      for (double& x : light_) x -= sum / n;
-    }
-    for (const double x : light_) square_ += x * x;
-  }
-  double square() const { return square_; }
-  std::vector<double> rest_of(std::vector<double> v) const {
-    double sum = 0.0, along = 0.0;
-    for (const double x : v) sum += x;
-    if (kinds_.offset)
-      for (double& x : v) x -= sum / static_cast<double>(v.size());
-    for (std::size_t k = 0; k < v.size(); ++k) along += v[k] * light_[k];
-    if (kinds_.factor && square_ > 0.0)
-      for (std::size_t k = 0; k < v.size(); ++k) v[k] -= along / square_ * light_[k];
-    return v;
+  Projected(const OwnKinds& kinds, const Eigen::VectorXd& light) : kinds_(kinds), light_(centred(light)) {}
+  double square() const { return light_.squaredNorm(); }
+  Eigen::VectorXd rest_of(const Eigen::VectorXd& values) const {
+    Eigen::VectorXd rest = centred(values);
+    if (kinds_.factor && square() > 0.0) rest -= rest.dot(light_) / square() * light_;
+    return rest;
   }
 
  private:
+  Eigen::VectorXd centred(const Eigen::VectorXd& v) const {
+    return kinds_.offset ? Eigen::VectorXd(v.array() - v.mean()) : v;
+  }
   OwnKinds kinds_;
-  std::vector<double> light_;
-  double square_ = 0.0;
+  Eigen::VectorXd light_;
 };
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-  return sum;
-}
 
 /// Finds what each pixel tells.
 class Pixels {
@@ -103,20 +86,25 @@ class Pixels {
       for (int x = kReach; x < factor.width - kReach; ++x) {
         const std::size_t i = factor.index(x, y);
         if (!out[i].counts) continue;
+        const Projected line = line_of(i);
         for (const std::size_t distance : {std::size_t{1}, row}) {
           const float of_slope = (64.0F * (noise[i - distance] + noise[i + distance]) +
                                   noise[i - 2 * distance] + noise[i + 2 * distance]) /
                                  144.0F;
-          out[i].square -= of_slope * slopes_of_light(i, distance);
+          const Eigen::VectorXd slopes = line.rest_of(gathered([&](std::size_t k) {
+            return render::slope_along(values_.light()[k], i, distance) / values_.exposure(k);
+          }));
+          out[i].square -= of_slope * static_cast<float>(slopes.squaredNorm());
         }
       }
     return out;
   }
 
  private:
-  std::vector<double> gathered(auto value) const {
-    std::vector<double> v;
-    for (const std::size_t k : values_.images()) v.push_back(value(k));
+  /// Returns value(k) of the images k.
+  Eigen::VectorXd gathered(auto value) const {
+    Eigen::VectorXd v(static_cast<Eigen::Index>(values_.images().size()));
+    std::ranges::transform(values_.images(), v.begin(), value);
     return v;
   }
 
@@ -132,26 +120,14 @@ class Pixels {
     const Projected line = line_of(i);
     const auto freedom = static_cast<double>(values_.images().size()) - 1.0 - (kinds_.offset ? 1.0 : 0.0);
     if (!(line.square() > 0.0) || freedom < 1.0) return;
-    const std::vector<double> rest =
-        line.rest_of(gathered([&](std::size_t k) { return values_.gray_at(k, i); }));
-    const std::vector<double> moment = line.rest_of(gathered([&](std::size_t k) {
+    const Eigen::VectorXd rest = line.rest_of(gathered([&](std::size_t k) { return values_.gray_at(k, i); }));
+    const Eigen::VectorXd moment = line.rest_of(gathered([&](std::size_t k) {
       return render::texture_moment(texture_.factor, values_.light()[k], x, y) / values_.exposure(k);
     }));
-    const double variance = dot(rest, rest) / freedom;
+    const double variance = rest.squaredNorm() / freedom;
     noise = static_cast<float>(variance / line.square());
-    out = {static_cast<float>(dot(rest, moment)), static_cast<float>(dot(moment, moment)),
+    out = {static_cast<float>(rest.dot(moment)), static_cast<float>(moment.squaredNorm()),
            static_cast<float>(variance), true};
-  }
-
-  /// Returns the sum of squares of the light's central differences along an axis, less the pixel's line.
-  float slopes_of_light(std::size_t i, std::size_t distance) const {
-    const std::vector<double> rest = line_of(i).rest_of(gathered([&](std::size_t k) {
-      const auto difference = [&](std::size_t far) {
-        return values_.light_at(k, i + far) - values_.light_at(k, i - far);
-      };
-      return (8.0 * difference(distance) - difference(2 * distance)) / 12.0;
-    }));
-    return static_cast<float>(dot(rest, rest));
   }
 
   OwnKinds kinds_;

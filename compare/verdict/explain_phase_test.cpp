@@ -59,7 +59,8 @@ Phases noisy_phases(double sigma_px, double offset_px, double noise_factor = 1.0
 }
 
 ExplainedRow phase_of(const Phases& p, const RenderingError& rendering = {}) {
-  return explain_phase("left", p.real, p.simulated, p.interior, rendering);
+  return explain_phase("left", p.real, p.simulated, p.interior, texture_shift(p.real, p.simulated),
+                       rendering);
 }
 
 constexpr double kSigmaPx = 0.01;
@@ -150,7 +151,8 @@ TEST(ExplainPhase, OrdersThatDisagreeOnMostPixelsAreNotCompared) {
     Phases q = p;
     for (int y = 0; y < q.real.coordinate_px.height; ++y)
       for (int x = from_column; x < q.real.coordinate_px.width; ++x) q.real.coordinate_px(x, y) += 13.0;
-    return explain_phase("left", q.real, q.simulated, q.interior, {}, nullptr, seen);
+    return explain_phase("left", q.real, q.simulated, q.interior, texture_shift(q.real, q.simulated), {},
+                         nullptr, seen);
   };
   EXPECT_EQ(row_with(140).state, "explained");
   const ExplainedRow row = row_with(116);

@@ -404,13 +404,12 @@ ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNo
 
 ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& real,
                            const DirectionDecode& simulated, const ImageU8& interior,
-                           const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
-                           const ShapeInView& shape, const PixelTexture* texture_in_twin) {
+                           const TextureShift& texture, const RenderingError& rendering,
+                           const ImageF* calibration, const SeenPixels& seen, const ShapeInView& shape) {
   const double shape_share = shape.noise ? region_shares(shape.noise->surface.radius_px, kRegion).depth : 0.0;
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
-  const TextureShift texture = texture_shift(real, simulated, texture_in_twin);
   double real_noise = 0.0, simulated_noise = 0.0;
   const auto variance = [&](const DirectionDecode& d, std::size_t i) {
     const double s = per_px * static_cast<double>(d.coordinate_sigma_px.data[i]);

@@ -68,13 +68,13 @@ ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNo
                           const SeenPixels& seen = {}, const OwnOfPixels& own = {},
                           const ShapeInView& shape = {});
 
-/// Judges the phase difference of one direction over the interior pixels. `shape`: noise of the measured
-/// shape that is seen; `texture`: what the simulated side's pixels have of their own, null for none.
+/// Judges the phase difference of one direction over the interior pixels. `texture`: how far it moves the
+/// phases; `shape`: noise of the measured shape that is seen.
 ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDecode& real,
                            const measure::DirectionDecode& simulated, const ImageU8& interior,
-                           const RenderingError& rendering, const ImageF* calibration = nullptr,
-                           const SeenPixels& seen = {}, const ShapeInView& shape = {},
-                           const PixelTexture* texture = nullptr);
+                           const TextureShift& texture, const RenderingError& rendering,
+                           const ImageF* calibration = nullptr, const SeenPixels& seen = {},
+                           const ShapeInView& shape = {});
 
 /// Judges the ripples of a phase row that was compared: they show a wrong brightness or waveform of the
 /// images where single values and regions do not. Not where the noise is hardly more than rounding, which

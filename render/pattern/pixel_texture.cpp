@@ -8,26 +8,24 @@
 namespace fringetwin::render {
 namespace {
 
-/// Returns the slope at a pixel whose two neighbours on either side lie `distance` apart in the data, exact
-/// for polynomials of order 4; or, where only the next ones serve, the central difference.
-double slope(const ImageF& image, std::size_t i, std::size_t distance, bool is_wide) {
-  const auto difference = [&](std::size_t far) {
-    return static_cast<double>(image.data[i + far]) - static_cast<double>(image.data[i - far]);
-  };
-  return is_wide ? (8.0 * difference(distance) - difference(2 * distance)) / 12.0
-                 : 0.5 * difference(distance);
-}
-
 /// Returns the product of the slopes along one axis. `reach`: pixels to the nearer border.
 double moment_along(const ImageF& factor, const ImageF& image, std::size_t i, std::size_t distance,
                     int reach) {
   const auto tells = [&](std::size_t k) { return factor.data[k] > 0.0F && image.data[k] > 0.0F; };
   if (reach < 1 || !tells(i) || !tells(i - distance) || !tells(i + distance)) return 0.0;
   const bool is_wide = reach > 1 && tells(i - 2 * distance) && tells(i + 2 * distance);
-  return slope(factor, i, distance, is_wide) * slope(image, i, distance, is_wide);
+  return slope_along(factor, i, distance, is_wide) * slope_along(image, i, distance, is_wide);
 }
 
 }  // namespace
+
+double slope_along(const ImageF& image, std::size_t i, std::size_t distance, bool is_wide) {
+  const auto difference = [&](std::size_t far) {
+    return static_cast<double>(image.data[i + far]) - static_cast<double>(image.data[i - far]);
+  };
+  return is_wide ? (8.0 * difference(distance) - difference(2 * distance)) / 12.0
+                 : 0.5 * difference(distance);
+}
 
 double texture_moment(const ImageF& factor, const ImageF& image, int x, int y) {
   const std::size_t i = image.index(x, y);

@@ -2,10 +2,16 @@
 // Applies to an image what each pixel has of its own, and what a texture that changes within a pixel does to
 // the fringes (docs/PHYSICS.md, "Camera lens").
 #pragma once
+#include <cstddef>
+
 #include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
+
+/// Returns the slope of an image at a pixel along an axis, on which neighbours lie `distance` apart in the
+/// data: by two on either side, exact for polynomials of order 4, or by one (not `is_wide`).
+double slope_along(const ImageF& image, std::size_t i, std::size_t distance, bool is_wide = true);
 
 /// Returns by how much a pixel's irradiance exceeds factor * image where both change within it, over
 /// spread_px^2: the sum over both axes of the products of their slopes, by the five pixels around it, or

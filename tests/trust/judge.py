@@ -13,6 +13,7 @@ import numpy as np
 import judge_causes
 from projection import rotation, rotation_vector
 from solids import GEM_VERTICES, gem_vertices
+from truths import standard_errors
 
 FINISHED = (0, 1, 3, 5)  # exit codes of a run that wrote its results (docs/CONVENTIONS.md, "Exit codes")
 
@@ -84,7 +85,7 @@ def first_object(path):
 def deviations_of_values(values, refinement):
     """How many standard errors the refined values are off that are planted by name; infinitely many of one that is missing."""
     found = {p["name"]: p for p in refinement["parameters"]}
-    z = [(found[name]["after"] - value) / found[name]["after_sigma"]
+    z = [standard_errors(name, found[name]["after"], found[name]["after_sigma"], value)
          if name in found and found[name]["after_sigma"] else float("inf") for name, value in values.items()]
     return dict(converged=refinement["converged"], z=z)
 
