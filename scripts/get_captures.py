@@ -22,6 +22,7 @@ import tempfile
 import zlib
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+STOPS = {signal.SIGINT, signal.SIGTERM}
 HOST = "https://github.com/"
 
 
@@ -212,6 +213,17 @@ def compare(one, folder):
     return True
 
 
+def make_set(name, one, part, folder, mirror):
+    """Checks the set's repository out into `part`, lays its files out there and renames what is complete to `folder`."""
+    check_out(one, os.path.join(part, "git"), mirror)
+    made = os.path.join(part, "made")
+    lay_out(one, os.path.join(part, "git"), made)
+    with open(os.path.join(made, "README.md"), "w", encoding="utf-8") as file:
+        file.write(f"# {name}\nSource: {one['repository']} @ {one['commit']}\nLicence: {one['licence']}\n"
+                   + "".join(f"Without: {reason}\n" for reason in one["without"]))
+    os.rename(made, folder)
+
+
 def fetch(name, one, target, mirror):
     folder = os.path.join(target, name)
     if compare(one, folder):
@@ -221,14 +233,16 @@ def fetch(name, one, target, mirror):
     for reason in one["without"]:
         say(f"{name}: without {reason}")
     os.makedirs(target, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{name}.part-", dir=target) as part:
-        check_out(one, os.path.join(part, "git"), mirror)
-        made = os.path.join(part, "made")
-        lay_out(one, os.path.join(part, "git"), made)
-        with open(os.path.join(made, "README.md"), "w", encoding="utf-8") as file:
-            file.write(f"# {name}\nSource: {one['repository']} @ {one['commit']}\nLicence: {one['licence']}\n"
-                       + "".join(f"Without: {reason}\n" for reason in one["without"]))
-        os.rename(made, folder)
+    # A stop waits while the folder is made and while it is removed: one that came in between would leave it behind.
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
+    part = tempfile.mkdtemp(prefix=f".{name}.part-", dir=target)
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)
+        make_set(name, one, part, folder, mirror)
+    finally:
+        signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
+        shutil.rmtree(part)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)
     say(f"{name}: {len(one['files'])} files in {folder}")
 
 

@@ -171,12 +171,18 @@ class Fetch(unittest.TestCase):
         tools = os.path.join(self.scratch.name, "tools")
         write(os.path.join(tools, "git"), b"#!/bin/sh\nexec sleep 60\n")
         os.chmod(os.path.join(tools, "git"), 0o755)
+        for seconds_later in [0.0] * 10 + [0.001, 0.01, 0.1]:  # the first come while the folder is being made
+            with self.subTest(seconds_later=seconds_later):
+                self.stop_once_it_began(tools, seconds_later)
+
+    def stop_once_it_began(self, tools, seconds_later):
         with subprocess.Popen(self.command("mesh-stanford-bunny"), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               env={**os.environ, "PATH": tools + ":" + os.environ["PATH"]}) as process:
             end = time.monotonic() + 30
             while not os.listdir(self.target) and time.monotonic() < end:
-                time.sleep(0.05)
+                pass
             self.assertTrue(os.listdir(self.target), "it never began")
+            time.sleep(seconds_later)
             process.terminate()
             self.assertIn(b"stopped", process.communicate(timeout=30)[1])
         self.assertEqual(process.returncode, 130)
