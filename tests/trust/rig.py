@@ -131,25 +131,32 @@ class Rig:
         return [(rest, self.blur_px)] + [(share, np.hypot(self.blur_px, sigma)) for share, sigma in self.halo]
 
     def light(self, pattern, u, more_blur_px2=0.0):
-        """What the projector throws at projector coordinate u, 0 ... 1, where its blur differs by more_blur_px2."""
-        kind, k, n = pattern
-        if kind == "step":
-            pitch = self.pitches_px[k]
-            phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
-            kept = np.exp(-2 * np.pi**2 * more_blur_px2 / pitch**2)
-            level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
-            return self.projector_response(level) if self.projector_response else level
-        if not self.halo and self.blur_px == 0:
-            return self.bit(kind, k, u)
-        # the bit's light at every sixteenth of a pixel, spread by each Gaussian, and read there
-        reach = 6 * max(sigma for _, sigma in self.spreads())
-        at = np.arange(-reach, PROJECTOR_SIZE[0] + reach, 1 / 16)
-        sharp, spread = self.bit(kind, k, at), np.zeros_like(at)
-        for share, sigma in self.spreads():
+        """What the projector throws in a phase step at projector coordinate u, 0 ... 1, where its blur differs by
+        more_blur_px2."""
+        _, k, n = pattern
+        pitch = self.pitches_px[k]
+        phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
+        kept = np.exp(-2 * np.pi**2 * more_blur_px2 / pitch**2)
+        level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
+        return self.projector_response(level) if self.projector_response else level
+
+    def bit_light(self, pattern, first, last):
+        """The mean of what the projector throws in an image of the code over projector coordinates first ... last: nodes would
+        miss its edges. The bit's light is tabulated in sixteenths of a pixel about its edges, spread by each Gaussian, and its
+        integral is read at both ends."""
+        kind, k, _ = pattern
+        spread = self.blur_px > 0 or bool(self.halo)
+        reach = np.ceil(8 * max(sigma for _, sigma in self.spreads()))
+        at = self.origin_px + np.arange(-reach - 16, PROJECTOR_SIZE[0] + reach + 16, 1 / 16)  # ends of cells
+        sharp = self.bit(kind, k, at[:-1] + 1 / 32)
+        shown = np.zeros_like(sharp) if spread else sharp
+        for share, sigma in self.spreads() if spread else []:
             offsets = np.arange(-np.ceil(6 * sigma * 16), np.ceil(6 * sigma * 16) + 1) / 16
             kernel = np.exp(-0.5 * (offsets / max(sigma, 1e-6))**2)
-            spread += share * np.convolve(sharp, kernel / kernel.sum(), mode="same")
-        return np.interp(u, at, spread)
+            shown = shown + share * np.convolve(sharp, kernel / kernel.sum(), mode="same")
+        integral = np.concatenate([[0], np.cumsum(shown)]) / 16
+        width = np.where(np.abs(last - first) > 1e-6, last - first, 1e-6)
+        return (np.interp(first + width, at, integral) - np.interp(first, at, integral)) / width
 
     def bit(self, kind, k, u):
         """A bit of the code as it is shown, at projector coordinate u."""
@@ -164,14 +171,21 @@ class Rig:
         margin = int(np.ceil(5 * self.camera_blur_px))
         X, Y = np.meshgrid(*(np.arange(-margin, size + margin, dtype=float) for size in (camera.width, camera.height)))
         out = np.zeros((len(patterns), *X.shape))
-        for a, wa in zip(nodes, weights):
-            for b, wb in zip(nodes, weights):
+        ends = np.concatenate([[-1], np.cumsum(weights) - 1])  # of the part of a pixel that a node stands for
+        for ia, (a, wa) in enumerate(zip(nodes, weights)):
+            for ib, (b, wb) in enumerate(zip(nodes, weights)):
                 for k, pattern in enumerate(patterns):
                     if k == 0 or self.motion_mm is not None:
                         factor, coordinate, besides, more_blur = self.traced(camera, X, Y, a / 2, b / 2, k / (len(patterns) - 1) - 0.5)
                     shift = 0 if self.fringe_shift_px is None else self.fringe_shift_px[k]
                     lamps = besides if self.besides_factor is None else besides * self.besides_factor[k]
-                    out[k] += wa * wb / 4 * (factor * self.light(pattern, coordinate + shift, more_blur) + lamps)
+                    if pattern[0] == "step":
+                        shown = self.light(pattern, coordinate + shift, more_blur)
+                    else:
+                        axis, node, i = (1, a, ia) if self.direction == "x" else (0, b, ib)
+                        per_px = np.gradient(coordinate, axis=axis)
+                        shown = self.bit_light(pattern, *(coordinate + shift + per_px * (end - node) / 2 for end in ends[i:i + 2]))
+                    out[k] += wa * wb / 4 * (factor * shown + lamps)
         return blurred(out, self.camera_blur_px, margin) if margin else out
 
     def traced(self, camera, X, Y, right, down, time):
