@@ -28,6 +28,7 @@
 #include "compare/result/milestones.hpp"
 #include "compare/verdict/calibration_budget.hpp"
 #include "compare/verdict/coverage.hpp"
+#include "compare/verdict/explain_code.hpp"
 #include "compare/verdict/explained.hpp"
 #include "compare/verdict/indicators.hpp"
 #include "compare/verdict/limits.hpp"
@@ -76,15 +77,37 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
 }
 
 /// What causes are fitted to, a camera each: the images that the gain is fitted on, and those with the images
-/// of a code; the latter empty where there are no more.
+/// of a code; the latter empty where no camera has more.
 struct CauseSamples {
   std::vector<GridSamples> of_steps, with_codes;
 };
+
+/// Returns what a reader must know of a code whose images have other light than the twin says; empty where
+/// they have not.
+std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Fringes& fringes) {
+  constexpr double kLeast = 0.005;  // less moves no bit, and is what gain and rendering may be off by
+  constexpr double kSigmas = 5.0;   // of the worst of many images
+  const CodeLight* worst = nullptr;
+  int n = 0;
+  for (const CodeLight& light : code.lights) {
+    const double off = std::abs(light.factor - 1.0);
+    if (!(off > kLeast + kSigmas * light.sigma)) continue;
+    ++n;
+    if (!worst || off > std::abs(worst->factor - 1.0)) worst = &light;
+  }
+  if (!worst) return "";
+  return fmt::format(
+      "{}: {} of the {} images of the code have other light than the twin says, most of all \"{}\": "
+      "{:+.2f} % (the verdict on the code leaves each image its own light)",
+      pair.camera->name, n, code.lights.size(), pair.patterns[worst->image].label(fringes),
+      100.0 * (worst->factor - 1.0));
+}
 
 CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                           const CompareOptions& options, const CalibrationBudget* calibration,
                           Milestones& progress, Comparison& out) {
   CauseSamples samples;
+  bool any_code = false;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
   std::vector<std::optional<GrayNoise>> noises(pairs.size());
   for_each_parallel(static_cast<int>(pairs.size()),
@@ -116,14 +139,22 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     add_bounces(twin, options, c, fit.row.gain_dn, rendering);
-    ExplainedRow row =
-        explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
-                     calibration ? &calibration->irradiance[c] : nullptr,
-                     seen_pixels(real_decode, simulated_decode), own_of_pixels(twin, options, c),
-                     {options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0});
+    const OwnOfPixels own = own_of_pixels(twin, options, c);
+    const ShapeInView shape{options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0};
+    ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
+                                    calibration ? &calibration->irradiance[c] : nullptr,
+                                    seen_pixels(real_decode, simulated_decode), own, shape);
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
       row.worsen(kNotExplained, fit.row.why);
     out.explained.push_back(std::move(row));
+    if (real_decode && simulated_decode && fit.row.usable)
+      if (auto code = explain_code(pair, fit, noise,
+                                   {*real_decode, *simulated_decode, interior, pair.camera->texture.get()},
+                                   rendering, own, shape)) {
+        out.explained.push_back(std::move(code->row));
+        if (std::string text = light_text(*code, pair, twin.fringes); !text.empty())
+          out.warnings.push_back(std::move(text));
+      }
     if (fit.row.usable) {
       GainParts parts = gain_checks(twin.fringes, pair, fit, noise, interior);
       out.gain.back().dropped_fraction = parts.dropped_fraction;
@@ -134,12 +165,15 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     if (grid.n_pixels() == 0) continue;
     find_texture_edges(pair, fit.usable, noise, grid);
     if (const std::vector<int> images = pair.gain_and_code_images(); images.size() > grid.images.size()) {
-      GridSamples& coded = samples.with_codes.emplace_back(
+      any_code = true;
+      samples.with_codes.push_back(
           grid_samples(pair, c, fit, noise, interior, rendering.with_edges_dn, kCausePixels, images));
-      coded.at_texture_edge = grid.at_texture_edge;
-    }
+      samples.with_codes.back().at_texture_edge = grid.at_texture_edge;
+    } else
+      samples.with_codes.push_back(grid);  // its steps say what they say beside another camera's code
     samples.of_steps.push_back(std::move(grid));
   }
+  if (!any_code) samples.with_codes.clear();
   return samples;
 }
 
@@ -162,6 +196,8 @@ Sensitivity sensitivity_of(const Twin& twin, const CompareOptions& options,
   find_projector_places(*options.renderer, twin, samples);
   find_room_light(*options.renderer, twin, samples);
   Sensitivity sensitivity(*options.renderer, std::move(samples));
+  if (twin.render.bounces > 0)  // of how many points the scatter is
+    sensitivity.choose_points(sensitivity.holds_code(twin) ? with_empty_halo(twin) : twin);
   sensitivity.add_scatter_of(twin);
   // what the pixels have of their own is taken from these images: no evidence
   if (options.textured()) sensitivity.free_in_all(free_per_pixel(options.refinement->own));
@@ -183,7 +219,7 @@ void look_at_codes(const Twin& twin, const CompareOptions& options, std::vector<
   Sensitivity sensitivity = sensitivity_of(twin, options, std::move(samples));
   Causes causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
   if (causes.rows.empty()) return;
-  if (!causes.together.empty()) {
+  if (!causes.together.empty() || out.causes.together.empty()) {
     out.causes = std::move(causes);
     return;
   }
@@ -193,8 +229,8 @@ void look_at_codes(const Twin& twin, const CompareOptions& options, std::vector<
       out.causes.together.front(), causes.chi2));
 }
 
-/// Does nothing where gray values are explained. `other_fringes`: the warnings say that other fringes were
-/// shown than described, or far from where; the best of wrong causes would be named.
+/// Does nothing where gray values are explained, those of a code, too. `other_fringes`: the warnings say that
+/// other fringes were shown than described, or far from where; the best of wrong causes would be named.
 void look_for_causes(const Twin& twin, const CompareOptions& options, CauseSamples samples,
                      bool other_fringes, Comparison& out) {
   // Causes are fitted to gray values: where these are explained, what fails (ripples, noise that the twin
@@ -203,18 +239,22 @@ void look_for_causes(const Twin& twin, const CompareOptions& options, CauseSampl
     return row.state == kNotExplained && row.quantity != "coverage";
   });
   const std::string gray = worst_state(out.explained, "gray");
-  if (!any || gray == kExplained || gray == kTooWide || samples.of_steps.empty() || !twin.projector) return;
+  const bool steps_fail = gray != kExplained && gray != kTooWide,
+             code_fails = worst_state(out.explained, "code") == kNotExplained && !samples.with_codes.empty();
+  if (!any || !(steps_fail || code_fails) || samples.of_steps.empty() || !twin.projector) return;
   if (other_fringes) {
     out.warnings.emplace_back(
         "no cause is looked for: the real images show other fringes than the twin, or show them "
         "elsewhere (see above)");
     return;
   }
-  Sensitivity sensitivity = sensitivity_of(twin, options, std::move(samples.of_steps));
-  out.causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
-  if (!out.causes.rows.empty() && out.causes.together.empty())
-    out.causes.pattern = pattern_of_rest(sensitivity, twin);
-  if (names_blur(out.causes) && !samples.with_codes.empty())
+  if (steps_fail) {
+    Sensitivity sensitivity = sensitivity_of(twin, options, std::move(samples.of_steps));
+    out.causes = find_causes(sensitivity, twin, out.fits, options.use_steps);
+    if (!out.causes.rows.empty() && out.causes.together.empty())
+      out.causes.pattern = pattern_of_rest(sensitivity, twin);
+  }
+  if (!samples.with_codes.empty() && (steps_fail ? names_blur(out.causes) : code_fails))
     look_at_codes(twin, options, std::move(samples.with_codes), out);
   if (options.refinement) out.causes.refined = refined_groups(*options.refinement, twin);
 }

@@ -71,6 +71,7 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
   for (const PatternSpec& p : pair.patterns) steps_total = std::max(steps_total, p.step + 1);
   const std::vector<int> steps = use_steps.empty() ? measure::all_steps(steps_total) : use_steps;
   if (real && steps.size() >= 3) estimate(pair, *real, steps, steps_total);
+  if (measured_) take_dark(pair);
   if (measured_) known_to_ = known_to(mean_levels(pair));
   if (measured_)
     source_ = steps.size() > 3
@@ -80,6 +81,7 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
     source_ = "sensor model of the twin, not measured on these images";
   else
     source_ = "quantisation only";
+  if (dark_) source_ += ", dark pixels of their code";
   // quantisation of the simulated images comes on top
   if (pair.from_dn) added_ = kRoundingVariance;
 }
@@ -87,11 +89,16 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
 double GrayNoise::rounding_dn2() const { return (radiance_ ? 0.0 : kRoundingVariance) + added_; }
 
 double GrayNoise::known_to(const std::vector<float>& levels) const {
-  return measured_ ? std::hypot(kMeasuredKnownTo, measured_->known_to(levels)) : kStatedKnownTo;
+  if (!measured_) return kStatedKnownTo;
+  return std::hypot(kMeasuredKnownTo, measured_->known_to(levels));
 }
 
 double GrayNoise::variance(double gray_dn) const {
-  if (measured_) return measured_->variance(gray_dn) + added_;
+  if (measured_) {
+    const double line_dn2 = measured_->variance(gray_dn);
+    return (dark_ && gray_dn < measured_->level ? std::max(line_dn2, dark_->variance_dn2) : line_dn2) +
+           added_;
+  }
   const CameraResponse& response = sensor_.response;
   if (response.straight())
     return sensor_variance_dn2(sensor_, gray_dn) - (radiance_ ? kRoundingVariance : 0.0) + added_;
@@ -100,6 +107,30 @@ double GrayNoise::variance(double gray_dn) const {
   return (sensor_variance_dn2(sensor_, response(light) + sensor_.black_level_dn) -
           (radiance_ ? kRoundingVariance : 0.0) + added_) /
          std::pow(response.slope(light), 2);
+}
+
+void GrayNoise::take_dark(const GrayPair& pair) {
+  constexpr double kSigmas = 4.0;  // further apart, the noise is no line of the level down to there
+  const auto dark = dark_noise(pair);
+  measure::NoiseModel& line = *measured_;
+  if (!dark || !(dark->level_dn < line.level)) return;
+  dark_ = dark;
+  // Least squares of height and slope, which are independent at line.level, and of one more value there is
+  const double height_dn2 = line.offset + line.per_unit * line.level, h2 = std::pow(line.height_sigma, 2),
+               b2 = std::pow(line.slope_sigma, 2), away_dn = dark->level_dn - line.level,
+               all2 = h2 + away_dn * away_dn * b2 + std::pow(dark->sigma_dn2, 2),
+               more_dn2 = dark->variance_dn2 - height_dn2 - line.per_unit * away_dn,
+               limit2 = kSigmas * kSigmas * (all2 + std::pow(kMeasuredKnownTo * height_dn2, 2));
+  if (!(b2 > 0.0) || more_dn2 * more_dn2 > limit2) return;
+  const double height = height_dn2 + h2 / all2 * more_dn2,
+               slope = std::max(0.0, line.per_unit + away_dn * b2 / all2 * more_dn2);
+  const double hh = h2 - h2 * h2 / all2, bb = b2 - away_dn * away_dn * b2 * b2 / all2,
+               hb = -h2 * away_dn * b2 / all2;
+  line.per_unit = slope;
+  line.offset = height - slope * line.level;
+  line.level -= hb / bb;  // where both are independent again
+  line.height_sigma = std::sqrt(std::max(0.0, hh - hb * hb / bb));
+  line.slope_sigma = std::sqrt(bb);
 }
 
 void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const std::vector<int>& steps,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/gray/dark_noise.hpp"
 #include "compare/gray/gray_pair.hpp"
 #include "measure/decode/decode.hpp"
 #include "measure/decode/phase_noise.hpp"
@@ -18,8 +19,9 @@ inline constexpr double kStatedKnownTo = 0.05, kMeasuredKnownTo = 0.01;
 
 /// Holds the gray-value variance over the value's own level, whatever noise the decode was told: from the
 /// redundancy of the real images' own N steps wherever N > 3; with three steps from the differences between
-/// the means of their pitches; else the twin's sensor model; else rounding. One pitch of three steps tells an
-/// upper bound only, since texture may be in it: that is for NoiseRow.
+/// the means of their pitches; else the twin's sensor model; else rounding. Where a code beside the steps
+/// tells the noise of dark values, the line is held by it, too. One pitch of three steps tells an upper bound
+/// only, since texture may be in it: that is for NoiseRow.
 class GrayNoise {
  public:
   /// `real`: decode of the real images, may be null. `use_steps`: phase steps compared, empty = all.
@@ -46,11 +48,15 @@ class GrayNoise {
   /// Takes the noise from the first direction that has enough pixels: it is one sensor.
   void estimate(const GrayPair& pair, const measure::CameraDecode& real, const std::vector<int>& steps,
                 int steps_total);
+  /// Holds the line of the steps' noise by that of the dark values of a code, too, where there is one and the
+  /// two agree: the steps alone tell it badly there. Where they do not, it is the least that dark values have.
+  void take_dark(const GrayPair& pair);
 
   const Sensor& sensor_;
   bool radiance_;
   double added_ = 0.0, known_to_ = kStatedKnownTo;
   std::optional<measure::NoiseModel> measured_;
+  std::optional<DarkNoise> dark_;
   std::string source_;
 };
 

@@ -14,7 +14,7 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr const char* kQuantities[] = {"coverage", "phase", "gray", "geometry"};
+constexpr const char* kQuantities[] = {"coverage", "phase", "gray", "code", "geometry"};
 constexpr int kFolds = 4;
 
 /// Returns "a", "a and b", "a, b and c".

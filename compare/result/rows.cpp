@@ -35,7 +35,7 @@ std::string worst_state(const std::vector<ExplainedRow>& rows, const std::string
 
 BudgetVerdict VerdictTables::budget_verdict() const {
   return {worst_state(explained, "gray"), worst_state(explained, "phase"), worst_state(explained, "geometry"),
-          worst_state(explained, "coverage")};
+          worst_state(explained, "coverage"), worst_state(explained, "code")};
 }
 
 }  // namespace fringetwin::compare

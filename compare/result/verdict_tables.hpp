@@ -78,7 +78,7 @@ std::string worse_state(const std::string& a, const std::string& b);
 
 /// The worst state of the rows of each quantity; nothing where there is no row.
 struct BudgetVerdict {
-  std::string gray, phase, geometry, coverage;
+  std::string gray, phase, geometry, coverage, code;
 
   static void describe(auto& f) {
     const auto add = [&f](const char* key, std::string BudgetVerdict::*verdict) {
@@ -90,6 +90,9 @@ struct BudgetVerdict {
     add("phase", &BudgetVerdict::phase);
     add("geometry", &BudgetVerdict::geometry);
     add("coverage", &BudgetVerdict::coverage);
+    f.add("code", "the same of the images of a Gray code beside phase steps", &BudgetVerdict::code)
+        .one_of({kExplained, kNotExplained, kTooWide, kNotCompared})
+        .or_absent();
   }
 };
 
@@ -141,7 +144,8 @@ struct ExplainedRow {
 
   static void describe(auto& f) {
     using Row = ExplainedRow;
-    f.name("quantity", "what is judged", &Row::quantity).one_of({"gray", "phase", "geometry", "coverage"});
+    f.name("quantity", "what is judged", &Row::quantity)
+        .one_of({"gray", "phase", "geometry", "coverage", "code"});
     f.name("region", "camera, camera and direction, or object", &Row::region);
     f.add("unit", "unit of the difference", &Row::unit);
     f.positive("observed", "mean square of the difference, in the row's unit squared", &Row::observed);

@@ -51,8 +51,9 @@ struct BlockSum {
 struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
   double noise_chi2 = 0.0;  ///< against noise and quantisation alone
-  double texture = 0.0;     ///< of the phase: moved by texture within a pixel
-  double shape = 0.0;       ///< variance that the noise of a measured shape makes
+  double texture =
+      0.0;  ///< of the phase and of codes: moved by texture within a pixel; of codes by fringes, too
+  double shape = 0.0;  ///< variance that the noise of a measured shape makes
   double taken = 0.0;  ///< of the noise chi2 of gray values: what a fit of each pixel's own numbers takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;

@@ -9,8 +9,11 @@ namespace {
 /// Returns the worst state with the quantities that are in it, "explained" alone where all are; empty without
 /// any.
 std::string explanation(const BudgetVerdict& v) {
-  const std::pair<const char*, const std::string&> quantities[] = {
-      {"coverage", v.coverage}, {"phase", v.phase}, {"gray", v.gray}, {"geometry", v.geometry}};
+  const std::pair<const char*, const std::string&> quantities[] = {{"coverage", v.coverage},
+                                                                   {"phase", v.phase},
+                                                                   {"gray", v.gray},
+                                                                   {"code", v.code},
+                                                                   {"geometry", v.geometry}};
   std::string worst, names;
   for (const auto& [name, state] : quantities) worst = worse_state(worst, state);
   if (worst.empty() || worst == kExplained) return worst;

@@ -29,6 +29,13 @@ add_case("flicker", "light", "the light flickers by 2 %", flickering, causes="li
 add_case("flicker_n3", "light", "N = 3, the light flickers by 2 %", flickering, BALL_N3, causes="light flicker")
 
 
+@planted("light", "the images of the code get 3 % more light than the phase steps", WALL | dict(unwrap="gray", small=True),
+         expect="any", verdict={"gray": "explained", "phase": "explained", "code": "explained"},
+         says="images of the code have other light")
+def code_lit(rig, twin, random):
+    rig.image_factor = np.array([1.0 if kind == "step" else 1.03 for kind, _, _ in rig.patterns()])
+
+
 @planted("light", "the camera's gamma is 0.95", verdict={"gray": "not explained"}, causes="sensor_response camera_response")
 def camera_gamma(rig, twin, random):
     rig.camera_response = lambda x: np.maximum(x, 0)**0.95

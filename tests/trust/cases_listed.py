@@ -256,6 +256,18 @@ def halo(parts, blur_px=0.8):
 listed("halo", "15 % of the projector's light is spread by 3 px, 8 % by 40 px", halo([(0.15, 3.0), (0.08, 40.0)]), CODED_BOTH,
        "halo", verdict=GRAY)
 listed("halo_small", "4 % of the projector's light is spread by 25 px", halo([(0.04, 25.0)]), CODED_WALL, "halo", gain=False)
+
+
+def blur_for_halo(rig, twin, random):
+    """The twin's blur leaves the contrast that blur and halo together leave: from the steps of one pitch the two are one number,
+    and only the images of the code tell."""
+    halo([(0.15, 3.0), (0.08, 40.0)])(rig, twin, random)
+    pitch = rig.pitches_px[0]
+    twin.blur_px = float(np.sqrt(-np.log(rig.contrast(pitch) / rig.amplitude) * pitch**2 / (2 * np.pi**2)))
+
+
+listed("blur_for_halo", "the same halo; the twin's blur was fitted to the contrast of the steps in its place", blur_for_halo,
+       CODED_WALL, "halo", verdict={"code": "not explained", "phase": "explained"}, gain=False)
 listed("blur_coded", "the projector's blur is 1.3 px, the twin's 0.8 px; a Gray code beside the steps", blur_of(1.3, 0.8), CODED_BOTH,
        "blur", verdict=GRAY, values={"projector.blur_px": 1.3})
 listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)

@@ -9,7 +9,7 @@ from cases import GROUPS
 
 RIGS = "<!-- made by tests/trust/battery.py: begin -->", "<!-- end -->"
 REFINEMENTS = "<!-- made by tests/trust/battery.py --refine: begin -->", "<!-- end of refinements -->"
-QUANTITIES = ("gray", "phase", "geometry", "coverage")
+QUANTITIES = ("gray", "phase", "code", "geometry", "coverage")
 SHORT = {"explained": "ok", "not explained": "NOT", "budget too wide": "WIDE", "not compared": "NONE", None: "-"}
 
 
