@@ -144,6 +144,11 @@ double CauseSearch::removed_by(const NormalEquations& e, const std::vector<std::
 
 bool CauseSearch::is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
 
+bool CauseSearch::is_one_spread(std::size_t g, std::size_t other) const {
+  const std::string &a = groups_[g].name, &b = groups_[other].name;
+  return (a == "halo" && b == "blur") || (a == "blur" && b == "halo");
+}
+
 bool CauseSearch::moves_objects(std::size_t g) const {
   return groups_[g].name == "pose" || groups_[g].name == "size";
 }
@@ -193,7 +198,7 @@ CauseFit CauseSearch::fit(const std::vector<std::size_t>& groups, const PixelFie
   const Eigen::Index n_first = first ? first->values.size() : 0;
   if (lit.tail(lit.size() - n_first) != start_values(own).tail(lit.size() - n_first)) {
     if (first) lit.head(n_first) = first->values;
-    start = {.values = lit};
+    start = {.values = lit, .predicted = sensitivity_.predicted(twin_, own, lit)};
   }
   if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
   start.only_values = only_values;
@@ -275,6 +280,7 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
   struct Pair {
     std::size_t first, second;
     double left;
+    bool is_one_spread;  ///< tried first: a linear step from one of the two says nothing of both
   };
   std::vector<Pair> pairs;
   for (const std::size_t k : firsts) {
@@ -291,12 +297,16 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     beside[g] = 0.0;
     for (std::size_t other = 0; other < groups_.size(); ++other) {
       const double more = beside[other], left = fit.tried.chi2 - more;
-      if (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
-          (!values_fail_ || before_ - left >= kPairShare * excess_))
-        pairs.push_back({k, other, left});
+      if (is_one_spread(g, other))
+        pairs.push_back({k, other, left, true});
+      else if (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
+               (!values_fail_ || before_ - left >= kPairShare * excess_))
+        pairs.push_back({k, other, left, false});
     }
   }
-  std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) { return a.left < b.left; });
+  std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) {
+    return std::pair(!a.is_one_spread, a.left) < std::pair(!b.is_one_spread, b.left);
+  });
   const auto numbers = [this](const Pair& p) {
     return groups_[tried_[p.first].groups[0]].at.size() + groups_[p.second].at.size();
   };
@@ -306,7 +316,7 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
   };
   std::size_t n_tried = 0;
   for (const Pair& pair : pairs) {
-    const auto& [first, second, left] = pair;
+    const auto& [first, second, left, anew] = pair;
     std::vector<std::size_t> both{tried_[first].groups[0], second};
     const auto is_same = [&](const TriedExplanation& t) {
       return t.groups.size() == 2 && std::ranges::is_permutation(t.groups, both);
@@ -316,7 +326,7 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     progress_.reach(kAloneDone + n_tried * (kPairsDone - kAloneDone) / (2 * kMostPairs));
     ++n_tried;
     const CauseFit begin = tried_[first].fit;  // tried_ grows
-    try_fit(both, nullptr, &begin);
+    try_fit(both, nullptr, anew ? nullptr : &begin);
     TriedCause& tried = tried_.back().fit.tried;
     for (const std::size_t k : {0u, 1u}) {
       const double alone = before_ - rows[both[1 - k]].removed;

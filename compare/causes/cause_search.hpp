@@ -52,6 +52,9 @@ class CauseSearch {
   double removed_by(const NormalEquations& e, const std::vector<std::size_t>& groups,
                     std::size_t every = 1) const;
   bool is_switch(std::size_t g) const;
+  /// Returns whether these are the halo and the blur of one point spread, which no linear step tells to be
+  /// wrong together: a part without light has no width.
+  bool is_one_spread(std::size_t g, std::size_t other) const;
   bool moves_objects(std::size_t g) const;
   /// Returns the share of what fails that is taken away: of the excess of single values, or else of that of
   /// the kinds of regions that fail. NaN where only regions fail and what is left in them is not known.

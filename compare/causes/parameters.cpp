@@ -19,6 +19,7 @@ using Change = std::function<void(Twin&, double)>;
 
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
 constexpr double kSmallestContrast = 1e-3;
+constexpr double kLeastBlurOfHaloPx2 = 0.01;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
 /// Returns the part of a harmonic that the fringes of a pitch have.
@@ -45,6 +46,7 @@ constexpr double kMostLightInHalo = 0.9;  ///< in all of its parts
 constexpr double kMostHaloGrowth = 8.0;   ///< of a part's width in one refinement
 /// Widths that a halo begins with where the twin has none: beside the blur, and of light that lenses scatter.
 constexpr double kNearPerBlur = 4.0, kFarPx = 30.0;
+constexpr double kSharper = 0.5;       ///< times its width: a blur that is fitted beside a halo from none
 constexpr double kLittleLight = 0.05;  ///< in a part of a halo that a fit begins with
 
 bool has_code(const Twin& twin) {
@@ -154,8 +156,10 @@ class ParameterList : private GroupList {
     p.is_variance = true;
     // with a field, the narrowest place must keep a blur
     const double least_px = twin_.projector->least_blur_px();
-    p.smallest =
-        twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2 : 0.0;
+    p.smallest = twin_.projector->has_blur_field() ? sigma_px * sigma_px - least_px * least_px + kLeastBlurPx2
+                 : twin_.projector->has_halo()
+                     ? std::min(kLeastBlurOfHaloPx2, p.start)  // tables' samples grow with 1/blur
+                     : 0.0;
   }
 
   /// The terms of the quadratic that the blur's variance varies by over the projector's image.
@@ -171,12 +175,15 @@ class ParameterList : private GroupList {
   void add_halo() {
     if (!twin_.projector || !can_have_halo(twin_) || !(has_code(twin_) || has_pitches(twin_))) return;
     const std::vector<Halo>& parts = twin_.projector->halo;
+    double in_all = 0.0;
+    for (const Halo& part : parts) in_all += part.share;
     for (std::size_t k = 0; k < parts.size(); ++k) {
       if (parts[k].sigma_px == 0.0) continue;
       Parameter& share = add(fmt::format("projector.halo.{}.share", k + 1), "", parts[k].share, 0.01,
                              [k](Twin& t, double d) { t.projector->halo.at(k).share += d; });
       share.smallest = 0.0;
-      share.largest = std::max(kMostLightInHalo / static_cast<double>(parts.size()), share.start);
+      share.largest =
+          share.start + std::max(0.0, kMostLightInHalo - in_all) / static_cast<double>(parts.size());
       const double sigma_px = parts[k].sigma_px;
       Parameter& width =
           add(fmt::format("projector.halo.{}.sigma_px", k + 1), "px", sigma_px, 0.05 * sigma_px,
@@ -355,9 +362,21 @@ Twin with_empty_halo(const Twin& twin) {
 }
 
 Eigen::VectorXd with_light_in_halo(const std::vector<Parameter>& parameters, Eigen::VectorXd values) {
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    if (parameters[k].group == "halo" && parameters[k].name.ends_with(".share"))
-      if (double& share = values[static_cast<Eigen::Index>(k)]; share == 0.0) share = kLittleLight;
+  std::size_t n_parts = 0, n_empty = 0;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].group != "halo" || !parameters[k].name.ends_with(".share")) continue;
+    double& share = values[static_cast<Eigen::Index>(k)];
+    ++n_parts;
+    if (share == 0.0) share = kLittleLight, ++n_empty;
+  }
+  const auto blur = std::ranges::find(parameters, "projector.blur_px", &Parameter::name),
+             near = std::ranges::find(parameters, "projector.halo.1.sigma_px", &Parameter::name);
+  const bool is_from_none = n_empty > 0 && n_empty == n_parts;
+  if (!is_from_none || blur == parameters.end() || near == parameters.end()) return values;
+  // A blur without a halo was made to stand for both: from it the fit ends in a wrong minimum.
+  double& variance_px2 = values[blur - parameters.begin()];
+  variance_px2 = std::max(blur->smallest, kSharper * kSharper * variance_px2);
+  values[near - parameters.begin()] *= kSharper;
   return values;
 }
 

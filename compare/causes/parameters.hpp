@@ -40,9 +40,9 @@ std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::stri
 /// be rendered. The images of a code are then made as with a halo, from a table at points.
 Twin with_empty_halo(const Twin& twin);
 /// Returns the values with a little light in the parts of a halo that have none: where a fit begins whose
-/// widths are to be told.
+/// widths are to be told. A blur that is fitted, too, and the part next to it are half as wide then.
 Eigen::VectorXd with_light_in_halo(const std::vector<Parameter>& parameters, Eigen::VectorXd values);
-/// Takes the parts of a halo that have no light from the projector.
+/// Takes the parts of a halo that have no light from the projector: of one that with_empty_halo() gave.
 void drop_empty_halo(Twin& twin);
 
 /// Returns the twin with these values in place of the start values; parameters change it one after the other,
