@@ -10,6 +10,7 @@
 
 #include "compare/result_file.hpp"
 #include "report/text.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -66,7 +67,11 @@ class Tables {
  private:
   using Rows = std::vector<Cells>;
 
+  /// Refuses a name that is none of this program's tables': it becomes that of a file.
   Rows& at(const std::string& table) {
+    if (table.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
+      throw UserError(ExitCode::input, "result.json", "\"" + table + "\" is no name of a table",
+                      "give a result that this program wrote");
     for (auto& [name, rows] : tables_)
       if (name == table) return rows;
     return tables_.emplace_back(table, Rows{}).second;

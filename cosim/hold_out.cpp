@@ -71,6 +71,10 @@ void check_hold_out(const Run& run) {
     throw UserError(ExitCode::usage, run.twin.file.string(),
                     "images to hold out must be real ones, but [real] names no captures",
                     "add [real] captures = \"FOLDER\"");
+  if (run.twin.fringes.steps == 0 && has_measured_shape(run.twin))
+    throw UserError(ExitCode::usage, run.twin.file.string(),
+                    "no bit of a code alone can be held out of a measured shape: all of them told it",
+                    "describe the object by its shape or a mesh");
   compare::folds_of(run.twin.fringes, n_folds);
 }
 

@@ -30,6 +30,10 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
         measure::light_options(twin.cameras[c].sensor, twin.measure.min_modulation_dn);
     options.with_shifts = true;
     auto light = measure::estimate_light(real[c], twin.fringes, options);
+    if (!light) {  // beside shifts, factors are less certain where a pitch is seen at few phases
+      options.with_shifts = false;
+      light = measure::estimate_light(real[c], twin.fringes, options);
+    }
     // what differs by chance alone would stand in the shape as a ripple
     if (light && !light->differ()) std::ranges::fill(light->factor, 1.0);
     if (light && !light->are_shifted()) light->shift_rad.clear();

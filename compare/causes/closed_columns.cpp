@@ -290,7 +290,8 @@ class ClosedList : private GroupList {
       p.change = [image, first, of_twin, n = patterns_.size()](Twin& t, double d) {
         change_factors(of_twin(t), image, first, n, d);
       };
-      p.is_closed = true;
+      // the room's light is no factor's, and another lamp, albedo or pose changes it
+      p.is_closed = !twin_.room.has_lamp();
     }
   }
 
@@ -333,7 +334,7 @@ class ClosedList : private GroupList {
         field[k] += d;
       };
       // light that comes over another surface has passed another place of the projector's image
-      p.is_closed = twin_.render.bounces == 0;
+      p.is_closed = twin_.render.bounces == 0 && !twin_.room.has_lamp();
       p.largest = p.start + kMostField, p.smallest = p.start - kMostField;
     }
   }

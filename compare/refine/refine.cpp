@@ -34,11 +34,12 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss, its intrinsics, its motion, the field of its light or its knee, nor for what no key holds.
+/// its gloss, its intrinsics, its motion, the field of its light, its halo or its knee, nor for what no key
+/// holds.
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
                          p.group == "motion" || p.group == "projector_field" || p.group == "blur_field" ||
-                         p.group == "camera_knee" || !p.change;
+                         p.group == "camera_knee" || p.group == "halo" || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
@@ -65,6 +66,10 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
         if (matches(p, asked[i])) wanted = met[i] = true;
       if (wanted && !p.instead.empty())
         throw UserError(ExitCode::usage, "--refine", "no key of twin.toml holds " + p.name, p.instead);
+      if (wanted && !p.change)
+        throw UserError(ExitCode::usage, "--refine",
+                        "no key of twin.toml holds " + p.name + " beside projector.pixel_structure",
+                        "leave it out, or take the pixel structure out of the twin");
       if (wanted) chosen.push_back(std::move(p));
     }
   for (std::size_t i = 0; i < asked.size(); ++i) {
@@ -207,7 +212,8 @@ class Refiner {
     sensitivity_.choose_scale(twin_);
     GroupFit start(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_});
     if (real_.measurement) start_at_fitted_places(start, twin_, real_.measurement->cloud);
-    start.start_at(with_light_in_halo(parameters_, start.values()));
+    if (const Eigen::VectorXd lit = with_light_in_halo(parameters_, start.values()); lit != start.values())
+      start.start_at(lit);
     if (const std::size_t n = sensitivity_.leave_out_edges(start.twin()))
       report_.notes.push_back(
           fmt::format("{} pixels on edges of facets and shadows, and beside them, are left out", n));
@@ -430,7 +436,7 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
                const std::vector<std::string>& asked, WhatIsWorse worse) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
   Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
-  if (asks_for_halo(asked)) drop_empty_halo(out.twin);
+  if (asks_for_halo(asked) && twin.projector && twin.projector->halo.empty()) drop_empty_halo(out.twin);
   return out;
 }
 
