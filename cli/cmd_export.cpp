@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adds the commands `export`, which writes the tables of a result as CSV, and `open`, which shows its page.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
+#include <string>
+#include <thread>
 
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
 #include "compare/result_csv.hpp"
-#include "report/process.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
@@ -42,17 +48,48 @@ fs::path page_of(const fs::path& run) {
   return run / "report.html";
 }
 
+enum class Started { yes, refused, missing };
+
+/// Starts a program that goes on without this one: in a session of its own, without this one's streams, which
+/// a browser would keep open. One that has not ended after two seconds has started.
+Started start_by_itself(const char* program, const std::string& argument) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kLongest(2000), kPause(20);
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&streams, fd, "/dev/null", O_RDWR, 0);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  std::string name = program, value = argument;
+  char* argv[] = {name.data(), value.data(), nullptr};
+  pid_t pid = 0;
+  const int error = posix_spawnp(&pid, program, &streams, &attributes, argv, environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&streams);
+  if (error != 0) return Started::missing;
+  int status = 0;
+  for (const auto begin = Clock::now(); Clock::now() < begin + kLongest;) {
+    if (waitpid(pid, &status, WNOHANG) == pid)
+      return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? Started::yes : Started::refused;
+    std::this_thread::sleep_for(kPause);
+  }
+  return Started::yes;
+}
+
 int run_open(const std::string& run) {
   const fs::path page = fs::absolute(page_of(run));
   if (!fs::is_regular_file(page) || page.extension() != ".html")
     throw UserError(ExitCode::input, page.string(), "there is no such page",
                     "give the folder that a run wrote into, or a page (.html)");
   fmt::print("{}\n", plain_text(page.string()));
-  const auto opened = report::run_process({"xdg-open", page.string()}, "");
-  if (!opened || opened->status != 0)
-    throw UserError(ExitCode::input, "xdg-open",
-                    opened ? "found no program for pages" : "cannot be started (package xdg-utils)",
-                    "open the page that is named above in a browser");
+  const Started started = start_by_itself("xdg-open", page.string());
+  if (started != Started::yes)
+    throw UserError(
+        ExitCode::input, "xdg-open",
+        started == Started::refused ? "found no program for pages" : "cannot be started (package xdg-utils)",
+        "open the page that is named above in a browser");
   return 0;
 }
 

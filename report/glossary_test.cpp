@@ -36,6 +36,7 @@ TEST(Glossary, APageListsTheWordsThatItUses) {
   };
   EXPECT_THAT(page_of("nothing of it"), Not(HasSubstr("Words on this page")));
   EXPECT_THAT(page_of("explained"), HasSubstr("<dt>explained</dt>"));
+  EXPECT_THAT(page_of("from above: x to the right, z up"), Not(HasSubstr("<dt>z</dt>")));  // a coordinate
 }
 
 }  // namespace

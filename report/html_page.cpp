@@ -32,12 +32,13 @@ std::string rendered(const char* page, const mustache::data& data) {
 std::string glossary_html(const std::string& page_html) {
   std::string list;
   for (const auto& [word, meaning] : glossary()) {
-    // as a cell, a head or a letter of a formula that stands by itself
+    // as a cell, a head or a letter of a formula that stands by itself; a Latin letter may be a coordinate
     const std::string text = escape_html(std::string(word));
+    const bool in_text = word.size() > 1;
     const auto occurs = [&](const char* before, const char* after) {
       return page_html.find(before + text + after) != std::string::npos;
     };
-    if (occurs(">", "<") || occurs(" ", " ") || occurs(" ", "<"))
+    if (occurs(">", "<") || (in_text && (occurs(" ", " ") || occurs(" ", "<"))))
       list += "<dt>" + text + "</dt><dd>" + escape_html(std::string(meaning)) + "</dd>";
   }
   return list.empty() ? ""

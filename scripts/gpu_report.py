@@ -9,6 +9,7 @@ Standard library only, so that it runs on a machine that has the built program a
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -24,6 +25,14 @@ CHAIN = ("paper-ideal-sphere", "paper-sphere", "paper-freeform")
 ROWS = {("adaptive", None), ("gauss", 4), ("gauss", 16), ("sobol", 64), ("multi-jittered", 1024)}
 
 
+PARTS = ("tests", "frames", "chain", "rays")
+
+
+def slug(device):
+    """A device's name as a part of a file's name; two of one maker have two."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", device).strip("-")
+
+
 def run(command, device, log, limit_s=3600, **variables):
     """The command with the device chosen: its output, its exit code, its wall seconds. `log` is a folder."""
     environment = dict(os.environ, FRINGETWIN_DEVICE=device, FRINGETWIN_REQUIRE_DEVICE="1", **variables)
@@ -35,7 +44,7 @@ def run(command, device, log, limit_s=3600, **variables):
     except subprocess.TimeoutExpired as late:
         text, code = (late.stdout or b"").decode(errors="replace") + f"\nstopped after {limit_s} s\n", 124
     seconds = time.monotonic() - begin
-    name = f"{Path(str(command[0])).name}-{device.split()[0] or 'default'}.log".lower()
+    name = f"{Path(str(command[0])).name}-{slug(device)}.log".lower()
     with open(log / name, "a", encoding="utf-8") as f:
         f.write(f"$ {' '.join(map(str, command))}   # {device}, exit {code}, {seconds:.1f} s\n{text}\n")
     return text, code, seconds
@@ -96,7 +105,7 @@ def frames_section(build, devices, log, scratch, quick):
     for title, twin in SCENES.items():
         tables = {}
         for device in devices:
-            folder = scratch / f"pareto-{twin}-{device['name'].split()[0]}"
+            folder = scratch / f"pareto-{twin}-{slug(device['name'])}"
             # A slow device's published scheme is timed in windows: it is the longest row by far.
             options = ["--longest", "20"] + (["--quick"] if quick else ["--windows", "6", "--rounds", "2"])
             text, code, _ = run([build / "fringetwin", "-q", "pareto", f"datasets/{twin}/twin.toml", "--out", folder, *options], device["name"], log)
@@ -131,9 +140,9 @@ def chain_section(build, devices, log, scratch, runs):
     for twin in CHAIN:
         for i in range(runs):
             for device in devices:
-                folder = scratch / f"chain-{twin}-{device['name'].split()[0]}-{i}"
+                folder = scratch / f"chain-{twin}-{slug(device['name'])}-{i}"
                 _, code, _ = run([build / "fringetwin", "-q", "cosim", f"datasets/{twin}/twin.toml", "--out", folder], device["name"], log)
-                if code > 1:
+                if code not in (0, 1):  # a signal is negative
                     continue
                 t = json.loads((folder / "result.json").read_text())["timing_s"]
                 whole, key = t["render"] + t["measure_simulated"], (twin, device["name"])
@@ -177,11 +186,14 @@ def main():
     options.add_argument("--build", type=Path, default=ROOT / "build", help="the build folder")
     options.add_argument("--out", type=Path, required=True, help="the page")
     options.add_argument("--logs", type=Path, help="a folder for the whole output of every program (default: PAGE.logs)")
-    options.add_argument("--only", default="tests,frames,chain,rays", help="parts of the page")
+    options.add_argument("--only", default=",".join(PARTS), help="parts of the page")
     options.add_argument("--shards", type=int, default=1, help="parts that each test program is run in, side by side")
     options.add_argument("--quick", action="store_true", help="few schemes and pixels, one run each")
     a = options.parse_args()
-    wanted = a.only.split(",")
+    wanted = [part.strip() for part in a.only.split(",")]
+    for part in wanted:
+        if part not in PARTS:
+            options.error(f"--only: no part is named \"{part}\"; there are {', '.join(PARTS)}")
     devices, version = [], ""
     for name in filter(None, (a.device, a.beside)):
         device, version = describe(a.build, name)

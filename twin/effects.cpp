@@ -176,8 +176,9 @@ std::vector<Effect> make_effects() {
           [](const Projector& p) { return p.inverse_square; }, [](Projector& p) { p.inverse_square = false; },
           "[projector] falloff = \"inverse-square\", reference_distance_mm")),
       in_noise_theory(of_projector(
-          "projector blur", "a sharp projector", [](const Projector& p) { return p.blur_px > 0.0; },
-          [](Projector& p) { p.blur_px = 0.0; }, "[projector] blur_px")),
+          "projector blur", "a sharp projector, without a halo",
+          [](const Projector& p) { return p.blur_px > 0.0; },
+          [](Projector& p) { p.blur_px = 0.0, p.halo.clear(); }, "[projector] blur_px")),
       of_projector(
           "blur field", "the same blur all over the projector's image",
           [](const Projector& p) { return p.has_blur_field(); }, [](Projector& p) { p.blur_field_px2 = {}; },

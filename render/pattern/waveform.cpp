@@ -157,11 +157,15 @@ bool throws_pure_cosines(const Twin& twin) {
 }
 
 double pattern_margin_px(const Projector& projector) {
-  if (!projector.optics) return 2.0;
+  double margin_px = 2.0;  // and what images whose patterns lie elsewhere are looked up beyond
+  for (const double shift_px : projector.image_shifts_px)
+    margin_px = std::max(margin_px, 2.0 + std::ceil(std::abs(shift_px)));
+  if (!projector.optics) return margin_px;
   const Optics& o = *projector.optics;
   const auto& k = projector.lens.intrinsics();
   // This covers the circle of confusion from a fifth of the focus distance on.
-  return 2.0 + std::ceil(2.0 * o.focal_length_mm / o.f_number / o.focus_distance_mm * std::max(k[0], k[1]));
+  return margin_px +
+         std::ceil(2.0 * o.focal_length_mm / o.f_number / o.focus_distance_mm * std::max(k[0], k[1]));
 }
 
 double blur_attenuation(int harmonic, double sigma_px, double pitch_px) {
@@ -238,6 +242,8 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   margin_px_ = pattern_margin_px(*twin.projector);
   const DirectionFringes& d = fringes_.directions.at(pattern.direction);
   const std::size_t p = pattern.is_gray() ? 0 : static_cast<std::size_t>(pattern.pitch);
+  const double size_px = d.axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height();
+  if (pattern.is_gray() && twin.projector->has_halo()) shown_px_ = size_px;
   pitch_px_ = d.pitches_px.at(p);
   origin_px_ = d.phase_origin_px.at(p);
   if (!pattern.is_gray() && d.contrast_of(p) != 1.0) {
@@ -253,8 +259,7 @@ EffectivePattern::EffectivePattern(const Twin& twin, const PatternSpec& pattern)
   if (sigma_px_ == 0.0) return;
   if (pattern.is_gray()) {
     method_ = Method::edges;
-    find_edges(d.axis == Axis::x ? twin.projector->lens.width() : twin.projector->lens.height(),
-               twin.projector->has_halo());
+    find_edges(size_px);
     return;
   }
   shift_rad_ = 2.0 * pi * pattern.step / fringes_.steps;
@@ -352,7 +357,7 @@ double EffectivePattern::convolve(double coordinate_px) const {
 // Finds the edges of a Gray image: it is constant on half words, and an edge is where two neighbours differ.
 // A halo reaches far over the image's border: there its first and last pixels go on, and not the code's next
 // words, which nobody shows.
-void EffectivePattern::find_edges(double size_px, bool has_halo) {
+void EffectivePattern::find_edges(double size_px) {
   const DirectionFringes& d = fringes_.directions[pattern_.direction];
   const double offset = d.gray ? d.gray->offset_periods : 0.0;
   const double cell = 0.5 * pitch_px_, start = origin_px_ + offset * pitch_px_;
@@ -361,8 +366,9 @@ void EffectivePattern::find_edges(double size_px, bool has_halo) {
   const auto last = static_cast<long>(std::ceil((size_px + reach - start) / cell)) + 1;
   const auto value = [&](long i) {
     const double center = start + (static_cast<double>(i) + 0.5) * cell;
-    return respond(response_, pattern_value(fringes_, pattern_,
-                                            has_halo ? std::clamp(center, 0.0, size_px - 1.0) : center));
+    return respond(response_,
+                   pattern_value(fringes_, pattern_,
+                                 shown_px_ > 0.0 ? std::clamp(center, 0.0, shown_px_ - 1.0) : center));
   };
   first_value_ = value(first);
   double previous = first_value_;
@@ -440,6 +446,7 @@ std::vector<double> EffectivePattern::table(double first_px, double per_px, std:
 }
 
 double EffectivePattern::pixel_value(double center_px) const {
+  if (shown_px_ > 0.0) center_px = std::clamp(center_px, 0.0, shown_px_ - 1.0);
   double value = pattern_value(fringes_, pattern_, center_px);
   if (levels_ > 0.0) value = std::round(value * levels_) / levels_;
   return respond(response_, value) + harmonic_light(fringes_, pattern_, center_px);

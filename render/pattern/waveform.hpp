@@ -65,7 +65,7 @@ class EffectivePattern {
   double sum_edges(double coordinate_px) const;
   double mix_pixels(double coordinate_px) const;
   double pixel_value(double center_px) const;
-  void find_edges(double size_px, bool has_halo);
+  void find_edges(double size_px);
   void find_breaks();
 
   Method method_ = Method::direct;
@@ -73,6 +73,8 @@ class EffectivePattern {
   PatternSpec pattern_;
   ProjectorResponse response_;
   double sigma_px_ = 0.0, pitch_px_ = 1.0, origin_px_ = 0.0, shift_rad_ = 0.0;
+  double shown_px_ =
+      0.0;  ///< of a code under a halo: the image's size, whose first and last pixels go on; else 0
   double margin_px_ = 0.0, pixel_fill_ = 1.0, levels_ = 0.0;
   double contrast_ = 1.0, mean_light_ = 0.0;  ///< the mean: over a period, where there is a contrast
   PhaseSeries series_;          ///< blurred, phase steps; with convolution the added harmonics alone

@@ -250,6 +250,8 @@ TEST(EffectivePatternTest, BeyondTheImageAHaloSeesTheLastPixelsOfACode) {
   EXPECT_NEAR(effective_pattern_value(twin, msb, 0.0), 0.5, 0.01);
   twin.projector->halo = {{.share = 0.1, .sigma_px = 5.0}};
   EXPECT_NEAR(effective_pattern_value(twin, msb, 0.0), 0.0, 1e-15);
+  twin.projector->pixel_structure = true;
+  EXPECT_NEAR(effective_pattern_value(twin, msb, 0.0), 0.0, 1e-15);
 }
 
 TEST(EffectivePatternTest, GrayWithoutBlurIsSharpAndBlurVanishesAwayFromEdges) {

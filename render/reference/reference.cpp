@@ -140,9 +140,7 @@ Reference::Impl::Impl(const Twin& t) : twin(t) {
         twin.projector->response.kind == ProjectorResponse::Kind::linear && !twin.projector->pixel_structure;
     sequence = expand_sequence(twin.fringes);
     for (std::size_t i = 0; i < sequence.size() && !sequence[i].is_image(); ++i)  // images are the last ones
-      patterns.emplace_back(
-          twin, sequence[i],
-          twin.projector->image_shifts_px.empty() ? 0.0 : twin.projector->image_shifts_px[i]);
+      patterns.emplace_back(twin, sequence[i], twin.projector->image_shift_px(i));
   }
   for (const Object& object : twin.objects) {
     FT_CHECK(!std::holds_alternative<MeasuredShape>(object.shape), "measured shapes must be built first");

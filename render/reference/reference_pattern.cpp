@@ -170,7 +170,7 @@ double ReferencePattern::sum_pieces(double x, double radius, double width, doubl
     const double weight =
         spot_cdf(x - (center - half), radius, sigma) - spot_cdf(x - (center + half), radius, sigma);
     if (weight == 0.0) continue;
-    sum += weight * (pixels ? frame_buffer(std::lround(center))
+    sum += weight * (pixels ? frame_buffer(std::lround(shown_at(center)))
                             : response(pattern_value(fringes_, spec_, shown_at(center))));
     weights += weight;
   }
@@ -180,7 +180,7 @@ double ReferencePattern::sum_pieces(double x, double radius, double width, doubl
 // Where the projector shows what a code has at x: with a halo the image's first and last pixels go on.
 double ReferencePattern::shown_at(double x) const {
   const double size = axis_ == Axis::x ? projector_.lens.width() : projector_.lens.height();
-  return spec_.is_gray() && !projector_.halo.empty() ? std::clamp(x, 0.0, size - 1.0) : x;
+  return spec_.is_gray() && projector_.has_halo() ? std::clamp(x, 0.0, size - 1.0) : x;
 }
 
 // The light of a sine after the blur and, where a part of it is spread further, another Gaussian.

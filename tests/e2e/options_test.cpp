@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "report/text.hpp"
 #include "tests/support/program/small_twin.hpp"
@@ -244,6 +246,10 @@ TEST(Export, WritesTheTablesOfAResult) {
   expect_refused(run_fringetwin({"export", (dir / "none").string(), "--out", (dir / "never").string()}), 3,
                  {"none", "give the folder of a run, or its result.json"});
   EXPECT_FALSE(fs::exists(dir / "never"));
+  write_file(dir / "result.json", R"({"schema": "fringetwin-result/1", "../beside": [{"a": 1}]})");
+  expect_refused(run_fringetwin({"export", dir.string(), "--out", (dir / "never").string()}), 3,
+                 {"\"../beside\" is no name of a table"});
+  EXPECT_FALSE(fs::exists(dir / "beside.csv"));
 }
 
 // The program that shows pages is one of ours here: it writes down what it was given.
@@ -258,6 +264,21 @@ TEST(Open, ShowsThePageOfARun) {
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_EQ(shown.out, (dir / "report.html").string() + "\n");
   EXPECT_EQ(read_file(dir / "bin" / "xdg-open.seen"), shown.out);
+  const auto open_with = [&](const std::string& script) {
+    write_file(dir / "bin" / "xdg-open", "#!/bin/sh\n" + script + "\n");
+    return run_fringetwin({"open", dir.string()},
+                          {"PATH=" + (dir / "bin").string() + ":" + std::getenv("PATH")});
+  };
+  expect_refused(open_with("exit 3"), 3, {"xdg-open: found no program for pages"});
+  // one that stays in the foreground, as a browser does, is neither waited for nor stopped
+  EXPECT_EQ(open_with("echo words; while ! test -e \"$0.go\"; do sleep 0.1; done; echo late >\"$0.late\"")
+                .exit_code,
+            0);
+  EXPECT_FALSE(fs::exists(dir / "bin" / "xdg-open.late"));
+  write_file(dir / "bin" / "xdg-open.go", "");
+  for (int i = 0; i < 300 && !fs::exists(dir / "bin" / "xdg-open.late"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_TRUE(fs::exists(dir / "bin" / "xdg-open.late"));
   fs::remove(dir / "report.html");
   expect_refused(run_fringetwin({"open", dir.string()}), 3, {"report.html: there is no such page"});
 }

@@ -243,7 +243,11 @@ Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool 
   if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
   read_plain_keys(table, camera);
   camera.vignetting = read_vignetting(table);
-  if (table.has("texture")) camera.texture_file = context.resolve(table, "texture");
+  if (table.has("texture"))
+    camera.texture_file = context.resolve(table, "texture");
+  else if (camera.texture_spread_px > 0.0)
+    table.fail("texture_spread_px", "has no effect without a texture",
+               "give texture = \"FILE.exr\", the factors of the pixels, or leave it out");
   return camera;
 }
 
@@ -312,7 +316,8 @@ void read_halo(const TomlTable& table, Projector& projector) {
     projector.halo.push_back({.share = row[0], .sigma_px = row[1]});
     sum += row[0];
   }
-  if (sum > 1.0)
+  constexpr double kRounding = 1e-9;  // of 0.34 + 0.55 + 0.11
+  if (sum > 1.0 + kRounding)
     table.fail(key, fmt::format("has shares of the light whose sum is {:.6g}", sum),
                "write [[share, sigma_px], ...] with shares that are parts of 1");
   if (!projector.has_halo()) return;
@@ -334,6 +339,11 @@ void read_light_field(const TomlTable& table, Projector& projector) {
   if (std::ranges::find(kComplete, field->size()) == std::end(kComplete))
     table.fail(key, fmt::format("has {} numbers", field->size()),
                "give 2, 5, 9 or 14: all terms up to the first, second, third or fourth order");
+  double sum = 0.0;
+  for (const double c : *field) sum += std::abs(c);
+  if (sum > kMost)
+    table.fail(key, fmt::format("has numbers whose sizes add up to {:.4g}", sum),
+               fmt::format("keep that sum below {:g}: the light is exp of up to so much", kMost));
   projector.light_field = *field;
 }
 
