@@ -49,7 +49,8 @@ class GrayNoise {
   void estimate(const GrayPair& pair, const measure::CameraDecode& real, const std::vector<int>& steps,
                 int steps_total);
   /// Holds the line of the steps' noise by that of the dark values of a code, too, where there is one and the
-  /// two agree: the steps alone tell it badly there. Where they do not, it is the least that dark values have.
+  /// two agree: the steps alone tell it badly there. Where they do not, it is the least that dark values
+  /// have.
   void take_dark(const GrayPair& pair);
 
   const Sensor& sensor_;

@@ -16,9 +16,6 @@ namespace fringetwin::compare {
 
 inline constexpr int kRegion = 16;          ///< px: side of a region
 inline constexpr int kFewestInRegion = 64;  ///< pixels
-inline constexpr double kCoverage = 3.0;    ///< standard uncertainties
-/// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
-inline constexpr double kLeastExcess = 0.1;
 inline constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
 
 /// A mean of a block: weighted sum of residuals, its variance if they are noise, and the sum of the weights'

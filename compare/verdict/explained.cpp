@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/verdict/block_sums.hpp"
-
 namespace fringetwin::compare {
 namespace {
 

@@ -16,6 +16,10 @@
 
 namespace fringetwin::compare {
 
+inline constexpr double kCoverage = 3.0;  ///< standard uncertainties
+/// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
+inline constexpr double kLeastExcess = 0.1;
+
 /// Returns how far a mean of n squares over their expectation may be from 1 where noise explains it whose
 /// variance is known to this relative standard uncertainty.
 double allowed_for(double n, double known_to = kStatedKnownTo);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/gray/gain_checks.hpp"
+#include "compare/gain/gain_checks.hpp"
 
 #include <fmt/format.h>
 

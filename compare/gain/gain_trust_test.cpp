@@ -5,14 +5,14 @@
 // |-----------------------------------------|------------------|--------------------------------------------|
 // | a bias and a widened sigma from rows    | rounding         | closed forms                               |
 // | a planted error against what is printed | 3 widened sigmas | required: docs/metrics/gray.md, "Gain"     |
-#include "compare/gray/gain_trust.hpp"
+#include "compare/gain/gain_trust.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "compare/gray/gain_checks.hpp"
+#include "compare/gain/gain_checks.hpp"
 #include "tests/support/compare/fitted_gray.hpp"
 
 namespace fringetwin::compare::gain_trust_test {

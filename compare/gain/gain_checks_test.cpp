@@ -5,7 +5,7 @@
 // | gain and black level of a part     | 4.5 sigma    | its standard error; 30 of them fail once in 5000   |
 // | sigma against sigma/sqrt(n var E)  | 25 %         | 45 blocks give the sandwich about 11 % scatter     |
 // | a factor on one half of the image  | and 0.1 %    | half a column of pixels on the wrong side          |
-#include "compare/gray/gain_checks.hpp"
+#include "compare/gain/gain_checks.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

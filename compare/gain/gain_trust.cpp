@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/gray/gain_trust.hpp"
+#include "compare/gain/gain_trust.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "compare/gray/gain_checks.hpp"
+#include "compare/gain/gain_checks.hpp"
 
 namespace fringetwin::compare {
 namespace {
