@@ -68,7 +68,8 @@ def bit_order(rig, twin, random):
 
 
 @description("the code begins a quarter of a period later than told, which its complementary bit allows for", "", CODE,
-             expect="explained")
+             verdict={"code": "not explained", "gray": "explained", "phase": "explained", "geometry": "explained",
+                      "coverage": "explained"})
 def code_quarter_period(rig, twin, random):
     rig.code["offset_periods"] = 0.25
 
