@@ -30,6 +30,13 @@ def blurred(images, sigma_px, reach):
     return images
 
 
+def mean_between(first, last, at, integral):
+    """The mean of a function from `first` to `last`, by its integral tabulated at the coordinates `at`: nodes would miss a code's
+    edges."""
+    width = np.where(np.abs(last - first) > 1e-6, last - first, 1e-6)
+    return (np.interp(first + width, at, integral) - np.interp(first, at, integral)) / width
+
+
 def legendre_field(coefficients):
     """(u, v) -> factor whose logarithm is a sum of Legendre's P_i P_j, by rising order i + j and falling i, over the projector's
     image from -1 to 1."""
@@ -140,10 +147,9 @@ class Rig:
         level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
         return self.projector_response(level) if self.projector_response else level
 
-    def bit_light(self, pattern, first, last):
-        """The mean of what the projector throws in an image of the code over projector coordinates first ... last: nodes would
-        miss its edges. The bit's light is tabulated in sixteenths of a pixel about its edges, spread by each Gaussian, and its
-        integral is read at both ends."""
+    def bit_integral(self, pattern):
+        """Projector coordinates, and the integral up to there of what the projector throws in an image of the code: tabulated in
+        sixteenths of a pixel about the code's edges, spread by each Gaussian."""
         kind, k, _ = pattern
         spread = self.blur_px > 0 or bool(self.halo)
         reach = np.ceil(8 * max(sigma for _, sigma in self.spreads()))
@@ -154,9 +160,7 @@ class Rig:
             offsets = np.arange(-np.ceil(6 * sigma * 16), np.ceil(6 * sigma * 16) + 1) / 16
             kernel = np.exp(-0.5 * (offsets / max(sigma, 1e-6))**2)
             shown = shown + share * np.convolve(sharp, kernel / kernel.sum(), mode="same")
-        integral = np.concatenate([[0], np.cumsum(shown)]) / 16
-        width = np.where(np.abs(last - first) > 1e-6, last - first, 1e-6)
-        return (np.interp(first + width, at, integral) - np.interp(first, at, integral)) / width
+        return at, np.concatenate([[0], np.cumsum(shown)]) / 16
 
     def bit(self, kind, k, u):
         """A bit of the code as it is shown, at projector coordinate u."""
@@ -171,6 +175,7 @@ class Rig:
         margin = int(np.ceil(5 * self.camera_blur_px))
         X, Y = np.meshgrid(*(np.arange(-margin, size + margin, dtype=float) for size in (camera.width, camera.height)))
         out = np.zeros((len(patterns), *X.shape))
+        integrals = {pattern: self.bit_integral(pattern) for pattern in patterns if pattern[0] != "step"}
         ends = np.concatenate([[-1], np.cumsum(weights) - 1])  # of the part of a pixel that a node stands for
         for ia, (a, wa) in enumerate(zip(nodes, weights)):
             for ib, (b, wb) in enumerate(zip(nodes, weights)):
@@ -184,7 +189,8 @@ class Rig:
                     else:
                         axis, node, i = (1, a, ia) if self.direction == "x" else (0, b, ib)
                         per_px = np.gradient(coordinate, axis=axis)
-                        shown = self.bit_light(pattern, *(coordinate + shift + per_px * (end - node) / 2 for end in ends[i:i + 2]))
+                        first, last = (coordinate + shift + per_px * (end - node) / 2 for end in ends[i:i + 2])
+                        shown = mean_between(first, last, *integrals[pattern])
                     out[k] += wa * wb / 4 * (factor * shown + lamps)
         return blurred(out, self.camera_blur_px, margin) if margin else out
 
