@@ -157,9 +157,9 @@ bool throws_pure_cosines(const Twin& twin) {
 }
 
 double pattern_margin_px(const Projector& projector) {
-  double margin_px = 2.0;  // and what images whose patterns lie elsewhere are looked up beyond
-  for (const double shift_px : projector.image_shifts_px)
-    margin_px = std::max(margin_px, 2.0 + std::ceil(std::abs(shift_px)));
+  double shift_px = 0.0;  // an image whose patterns lie elsewhere is looked up beyond the border
+  for (const double of_image : projector.image_shifts_px) shift_px = std::max(shift_px, std::abs(of_image));
+  const double margin_px = 2.0 + std::ceil(shift_px);
   if (!projector.optics) return margin_px;
   const Optics& o = *projector.optics;
   const auto& k = projector.lens.intrinsics();
@@ -366,9 +366,7 @@ void EffectivePattern::find_edges(double size_px) {
   const auto last = static_cast<long>(std::ceil((size_px + reach - start) / cell)) + 1;
   const auto value = [&](long i) {
     const double center = start + (static_cast<double>(i) + 0.5) * cell;
-    return respond(response_,
-                   pattern_value(fringes_, pattern_,
-                                 shown_px_ > 0.0 ? std::clamp(center, 0.0, shown_px_ - 1.0) : center));
+    return respond(response_, pattern_value(fringes_, pattern_, shown_at(center)));
   };
   first_value_ = value(first);
   double previous = first_value_;
@@ -445,9 +443,12 @@ std::vector<double> EffectivePattern::table(double first_px, double per_px, std:
   return values;
 }
 
+double EffectivePattern::shown_at(double center_px) const {
+  return shown_px_ > 0.0 ? std::clamp(center_px, 0.0, shown_px_ - 1.0) : center_px;
+}
+
 double EffectivePattern::pixel_value(double center_px) const {
-  if (shown_px_ > 0.0) center_px = std::clamp(center_px, 0.0, shown_px_ - 1.0);
-  double value = pattern_value(fringes_, pattern_, center_px);
+  double value = pattern_value(fringes_, pattern_, shown_at(center_px));
   if (levels_ > 0.0) value = std::round(value * levels_) / levels_;
   return respond(response_, value) + harmonic_light(fringes_, pattern_, center_px);
 }

@@ -65,6 +65,8 @@ class EffectivePattern {
   double sum_edges(double coordinate_px) const;
   double mix_pixels(double coordinate_px) const;
   double pixel_value(double center_px) const;
+  /// Returns where the projector shows what the pattern has there: see shown_px_.
+  double shown_at(double center_px) const;
   void find_edges(double size_px);
   void find_breaks();
 
