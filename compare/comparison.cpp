@@ -103,6 +103,16 @@ std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Frin
       100.0 * (worst->factor - 1.0));
 }
 
+/// Puts the verdict on a camera's code, if there is one, among the others, and what is to be said of its
+/// light.
+void take_code(std::optional<CodeVerdict> code, const GrayPair& pair, const Fringes& fringes,
+               Comparison& out) {
+  if (!code) return;
+  out.explained.push_back(std::move(code->row));
+  if (std::string text = light_text(*code, pair, fringes); !text.empty())
+    out.warnings.push_back(std::move(text));
+}
+
 CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                           const CompareOptions& options, const CalibrationBudget* calibration,
                           Milestones& progress, Comparison& out) {
@@ -148,13 +158,10 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
       row.worsen(kNotExplained, fit.row.why);
     out.explained.push_back(std::move(row));
     if (real_decode && simulated_decode && fit.row.usable)
-      if (auto code = explain_code(pair, fit, noise,
-                                   {*real_decode, *simulated_decode, interior, pair.camera->texture.get()},
-                                   rendering, own, shape)) {
-        out.explained.push_back(std::move(code->row));
-        if (std::string text = light_text(*code, pair, twin.fringes); !text.empty())
-          out.warnings.push_back(std::move(text));
-      }
+      take_code(explain_code(pair, fit, noise,
+                             {*real_decode, *simulated_decode, interior, pair.camera->texture.get()},
+                             rendering, own, shape),
+                pair, twin.fringes, out);
     if (fit.row.usable) {
       GainParts parts = gain_checks(twin.fringes, pair, fit, noise, interior);
       out.gain.back().dropped_fraction = parts.dropped_fraction;

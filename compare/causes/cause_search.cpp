@@ -280,7 +280,6 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
   struct Pair {
     std::size_t first, second;
     double left;
-    bool is_one_spread;  ///< tried first: a linear step from one of the two says nothing of both
   };
   std::vector<Pair> pairs;
   for (const std::size_t k : firsts) {
@@ -297,16 +296,14 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     beside[g] = 0.0;
     for (std::size_t other = 0; other < groups_.size(); ++other) {
       const double more = beside[other], left = fit.tried.chi2 - more;
-      if (is_one_spread(g, other))
-        pairs.push_back({k, other, left, true});
-      else if (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
-               (!values_fail_ || before_ - left >= kPairShare * excess_))
-        pairs.push_back({k, other, left, false});
+      if (is_one_spread(g, other) || (more >= worth_naming(static_cast<double>(groups_[other].at.size())) &&
+                                      (!values_fail_ || before_ - left >= kPairShare * excess_)))
+        pairs.push_back({k, other, left});
     }
   }
-  std::ranges::stable_sort(pairs, [](const Pair& a, const Pair& b) {
-    return std::pair(!a.is_one_spread, a.left) < std::pair(!b.is_one_spread, b.left);
-  });
+  // those of one spread first: a linear step from one of the two says nothing of both
+  const auto is_spread = [this](const Pair& p) { return is_one_spread(tried_[p.first].groups[0], p.second); };
+  std::ranges::stable_sort(pairs, {}, [&](const Pair& p) { return std::pair(!is_spread(p), p.left); });
   const auto numbers = [this](const Pair& p) {
     return groups_[tried_[p.first].groups[0]].at.size() + groups_[p.second].at.size();
   };
@@ -316,7 +313,7 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
   };
   std::size_t n_tried = 0;
   for (const Pair& pair : pairs) {
-    const auto& [first, second, left, anew] = pair;
+    const auto& [first, second, left] = pair;
     std::vector<std::size_t> both{tried_[first].groups[0], second};
     const auto is_same = [&](const TriedExplanation& t) {
       return t.groups.size() == 2 && std::ranges::is_permutation(t.groups, both);
@@ -326,7 +323,7 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     progress_.reach(kAloneDone + n_tried * (kPairsDone - kAloneDone) / (2 * kMostPairs));
     ++n_tried;
     const CauseFit begin = tried_[first].fit;  // tried_ grows
-    try_fit(both, nullptr, anew ? nullptr : &begin);
+    try_fit(both, nullptr, is_one_spread(both[0], both[1]) ? nullptr : &begin);
     TriedCause& tried = tried_.back().fit.tried;
     for (const std::size_t k : {0u, 1u}) {
       const double alone = before_ - rows[both[1 - k]].removed;

@@ -349,7 +349,10 @@ class ClosedList : private GroupList {
       Parameter& p = add(
           fmt::format("image_{}.shift_px", image), "px", twin_.projector->image_shift_px(at), 0.03,
           image_shift_effect(image, pattern, direction.pitches_px[static_cast<std::size_t>(pattern.pitch)]));
-      if (twin_.projector->pixel_structure) continue;  // its raster would stay, and twin.toml takes no shifts
+      if (twin_.projector->pixel_structure) {
+        p.instead = "leave it out, or pixel_structure: the raster would stay, and twin.toml takes no shifts";
+        continue;
+      }
       p.change = [at, n = patterns_.size()](Twin& t, double d) {
         t.projector->image_shifts_px.resize(n, 0.0);
         t.projector->image_shifts_px[at] += d;

@@ -9,9 +9,9 @@ namespace fringetwin::compare {
 
 /// Returns the parameters of the groups light and exposure (of the phase steps `use_steps`, all where it is
 /// empty), room_light, camera_response, camera_knee, projector_field, image_shift, motion and camera_psf;
-/// none of others. Their `effect` gives derivatives; `instead` is empty. `change` is there for those that a
-/// key of twin.toml holds: light, exposure, camera_knee, projector_field, and image_shift without
-/// pixel_structure.
+/// none of others. Their `effect` gives derivatives; `instead` is empty but for image_shift beside
+/// pixel_structure. `change` is there for those that a key of twin.toml holds: light, exposure, camera_knee,
+/// projector_field, and image_shift without pixel_structure.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "twin/base/constants.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -20,16 +21,6 @@ struct DarkDifferences {
   double level_sum_dn = 0.0;
   std::size_t at_zero = 0;
 };
-
-/// Returns the images of the code, in which the gain is not fitted.
-std::vector<int> code_images(const GrayPair& pair) {
-  std::vector<int> codes;
-  for (const int image : pair.images)
-    if (pair.patterns[static_cast<std::size_t>(image)].is_gray() &&
-        std::ranges::find(pair.gain_images, image) == pair.gain_images.end())
-      codes.push_back(image);
-  return codes;
-}
 
 /// Returns whether pixel i and its eight neighbours are compared; `width`: of the image.
 bool is_inside(const GrayPair& pair, std::size_t i, std::size_t width) {
@@ -77,10 +68,8 @@ void add_triple(const GrayPair& pair, const std::vector<int>& codes, std::size_t
 
 /// Returns the mean square of differences that are no outliers, which the edges of a code make.
 double trimmed_square(std::vector<double>& size_dn, double least) {
-  constexpr double kPerMedian = 1.4826, kOutlier = 4.0;
-  const auto middle = size_dn.begin() + static_cast<std::ptrdiff_t>(size_dn.size() / 2);
-  std::nth_element(size_dn.begin(), middle, size_dn.end());
-  double square = std::max(std::pow(kPerMedian * *middle, 2), least);
+  constexpr double kOutlier = 4.0;
+  double square = std::max(std::pow(kMadToSigma * upper_median(size_dn), 2), least);
   for (int round = 0; round < 3; ++round) {
     double squares = 0.0, n = 0.0;
     for (const double d : size_dn)
@@ -95,13 +84,13 @@ double trimmed_square(std::vector<double>& size_dn, double least) {
 std::optional<DarkNoise> dark_noise(const GrayPair& pair) {
   constexpr std::size_t kFewest = 1000;  // the variance is known to 5 %
   constexpr double kMostAtZero = 0.01;
-  const std::vector<int> codes = code_images(pair);
+  const std::vector<int> codes = pair.code_images();
   if (codes.size() < 3 || pair.real->radiance) return std::nullopt;
   constexpr int kMostTriples = 100'000;
-  const int row_step = std::max(2, pair.width() / 3 * pair.height() / kMostTriples);
+  const int rows_apart = std::max(2, pair.width() / 3 * pair.height() / kMostTriples);
   std::vector<DarkDifferences> rows(static_cast<std::size_t>(pair.height()));
 #pragma omp parallel for schedule(dynamic)
-  for (int y = 1; y < pair.height() - 1; y += row_step)
+  for (int y = 1; y < pair.height() - 1; y += rows_apart)
     for (int x = 1; x + 1 < pair.width(); x += 3) add_triple(pair, codes, pair.mask.index(x, y), rows[y]);
   DarkDifferences all;
   for (const DarkDifferences& row : rows) {

@@ -21,12 +21,8 @@ using testing::SidesTruth;
 /// Photon noise as of a rig with few electrons: the dark values have a hundredth of the bright ones'
 /// variance.
 SidesTruth coded(double black_level_dn = 60.0) {
-  SidesTruth t = testing::deep_truth(black_level_dn);
-  t.width = 256;
-  t.height = 240;
-  t.pitches_px = {16};
+  SidesTruth t = testing::coded_truth(black_level_dn);
   t.steps = 4;
-  t.gray_bits = 5;
   t.electrons_per_dn = 2.0;
   t.noise_dn = 2.0;
   t.contrast = 0.4;

@@ -71,17 +71,17 @@ GrayNoise::GrayNoise(const GrayPair& pair, const CameraDecode* real, const std::
   for (const PatternSpec& p : pair.patterns) steps_total = std::max(steps_total, p.step + 1);
   const std::vector<int> steps = use_steps.empty() ? measure::all_steps(steps_total) : use_steps;
   if (real && steps.size() >= 3) estimate(pair, *real, steps, steps_total);
-  if (measured_) take_dark(pair);
-  if (measured_) known_to_ = known_to(mean_levels(pair));
-  if (measured_)
+  if (measured_) {
+    take_dark(pair);
+    known_to_ = known_to(mean_levels(pair));
     source_ = steps.size() > 3
                   ? fmt::format("redundancy of the {} phase steps of the real images", steps.size())
                   : "differences between the pitches' means of the real images";
-  else if (sensor_.has_noise())
+    if (dark_) source_ += ", dark pixels of their code";
+  } else if (sensor_.has_noise())
     source_ = "sensor model of the twin, not measured on these images";
   else
     source_ = "quantisation only";
-  if (dark_) source_ += ", dark pixels of their code";
   // quantisation of the simulated images comes on top
   if (pair.from_dn) added_ = kRoundingVariance;
 }

@@ -139,6 +139,15 @@ std::vector<int> GrayPair::gain_and_code_images() const {
   return out;
 }
 
+std::vector<int> GrayPair::code_images() const {
+  std::vector<int> out;
+  std::ranges::copy_if(images, std::back_inserter(out), [this](int image) {
+    return patterns[static_cast<std::size_t>(image)].is_gray() &&
+           std::ranges::find(gain_images, image) == gain_images.end();
+  });
+  return out;
+}
+
 ImageU8 valid_in_both(const Camera& camera, std::size_t index, const Side& real, const Side& simulated) {
   ImageU8 mask(camera.lens.width(), camera.lens.height(), 1);
   for (const measure::CameraDecode* decode : {decode_of(real, index), decode_of(simulated, index)}) {

@@ -33,6 +33,8 @@ struct GrayPair {
 
   /// Returns gain_images and the images of a code, which tell how far light is spread, in their order.
   std::vector<int> gain_and_code_images() const;
+  /// Returns the images of a code that the gain is not fitted on, those beside phase steps.
+  std::vector<int> code_images() const;
   int width() const { return mask.width; }
   int height() const { return mask.height; }
   /// Returns the real gray value in this image of the sequence at pixel i.

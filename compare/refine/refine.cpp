@@ -66,10 +66,6 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
         if (matches(p, asked[i])) wanted = met[i] = true;
       if (wanted && !p.instead.empty())
         throw UserError(ExitCode::usage, "--refine", "no key of twin.toml holds " + p.name, p.instead);
-      if (wanted && !p.change)
-        throw UserError(ExitCode::usage, "--refine",
-                        "no key of twin.toml holds " + p.name + " beside projector.pixel_structure",
-                        "leave it out, or take the pixel structure out of the twin");
       if (wanted) chosen.push_back(std::move(p));
     }
   for (std::size_t i = 0; i < asked.size(); ++i) {

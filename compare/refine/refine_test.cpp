@@ -238,6 +238,7 @@ TEST(Refine, ShiftsOfImagesAreWrittenAsTheyAreRead) {
   // a raster of pixels stays where it is: no key holds what moves without it
   before.projector->pixel_structure = true;
   EXPECT_FALSE(parameters_of(before, "image_shift").front().change);
+  EXPECT_THROW(check_refine(before, {"image_shift"}), UserError);
 }
 
 TEST(Refine, SizeAndGlossAreWrittenWhereTheTwinHasThem) {

@@ -81,18 +81,15 @@ struct BudgetVerdict {
   std::string gray, phase, geometry, coverage, code;
 
   static void describe(auto& f) {
-    const auto add = [&f](const char* key, std::string BudgetVerdict::*verdict) {
-      f.add(key, "whether the budget explains all differences of this quantity", verdict)
-          .one_of({kExplained, kNotExplained, kTooWide, kNotCompared})
-          .or_null();
+    const auto add = [&f](const char* key, const char* says, std::string BudgetVerdict::*verdict) -> auto& {
+      return f.add(key, says, verdict).one_of({kExplained, kNotExplained, kTooWide, kNotCompared});
     };
-    add("gray", &BudgetVerdict::gray);
-    add("phase", &BudgetVerdict::phase);
-    add("geometry", &BudgetVerdict::geometry);
-    add("coverage", &BudgetVerdict::coverage);
-    f.add("code", "the same of the images of a Gray code beside phase steps", &BudgetVerdict::code)
-        .one_of({kExplained, kNotExplained, kTooWide, kNotCompared})
-        .or_absent();
+    const char* says = "whether the budget explains all differences of this quantity";
+    add("gray", says, &BudgetVerdict::gray).or_null();
+    add("phase", says, &BudgetVerdict::phase).or_null();
+    add("geometry", says, &BudgetVerdict::geometry).or_null();
+    add("coverage", says, &BudgetVerdict::coverage).or_null();
+    add("code", "the same of the images of a Gray code beside phase steps", &BudgetVerdict::code).or_absent();
   }
 };
 

@@ -9,7 +9,6 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr std::uint64_t kFewestJudged = 200;
-constexpr double kNoisy = 2.0;       ///< times the rounding's variance: less noise than that is none
 constexpr double kLeastShare = 0.5;  ///< of what could have been compared
 
 }  // namespace
@@ -36,6 +35,10 @@ void add_region(const BlockSum& block, double shared, Sums& out) {
   out.regional += block.chi2(shared);
   out.regional_share += block.calibration_share(shared);
   ++out.n_regions;
+}
+
+double region_shading_share(const ShapeInView& shape) {
+  return shape.noise ? region_shares(shape.noise->surface.radius_px, kRegion).slope : 0.0;
 }
 
 bool take_sums(const Sums& s, ExplainedRow& row) {

@@ -48,9 +48,8 @@ struct BlockSum {
 struct Sums {
   double r2 = 0.0, chi2 = 0.0, noise = 0.0, regional = 0.0;
   double noise_chi2 = 0.0;  ///< against noise and quantisation alone
-  double texture =
-      0.0;  ///< of the phase and of codes: moved by texture within a pixel; of codes by fringes, too
-  double shape = 0.0;  ///< variance that the noise of a measured shape makes
+  double texture = 0.0;     ///< of the phase, of codes: by moved fringes and texture within a pixel
+  double shape = 0.0;       ///< variance that the noise of a measured shape makes
   double taken = 0.0;  ///< of the noise chi2 of gray values: what a fit of each pixel's own numbers takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   std::uint64_t n = 0, n_regions = 0;
@@ -87,6 +86,9 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
 
 /// Counts a block's sum among the regions where it has enough pixels.
 void add_region(const BlockSum& block, double shared, Sums& out);
+
+/// Returns the share of its shading's noise that the mean over a region has; 0 without noise.
+double region_shading_share(const ShapeInView& shape);
 
 /// Writes what single values and regions show into the row. Returns false where the values are too few.
 bool take_sums(const Sums& s, ExplainedRow& row);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "compare/gray/own_light.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/texture_shift.hpp"
 #include "compare/verdict/block_sums.hpp"
@@ -73,9 +72,14 @@ class CodeExplanation {
  public:
   CodeExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const CodeInView& code,
                   const RenderingError& rendering, const OwnOfPixels& own, const ShapeInView& shape)
-      : pair_(pair), fit_(fit), noise_(noise), code_(code), rendering_(rendering), own_(own), shape_(shape) {
-    if (own.kinds.factor) shape_.noise = nullptr;  // a factor has what its pixel's normal is off by
-    if (shape_.noise) shading_share_ = region_shares(shape_.noise->surface.radius_px, kRegion).slope;
+      : pair_(pair),
+        fit_(fit),
+        noise_(noise),
+        code_(code),
+        rendering_(rendering),
+        own_(own),
+        shape_(shape_in_budget(shape, own)),
+        shading_share_(region_shading_share(shape_)) {
     for (std::size_t d = 0; d < code.real.directions.size(); ++d) {
       const measure::DirectionDecode& real = code.real.directions[d];
       const measure::DirectionDecode* simulated = code.simulated.direction(real.axis);
@@ -83,14 +87,14 @@ class CodeExplanation {
                          !real.pitches_px.empty();
       places_.push_back(known ? edge_places(real, *simulated, code.texture) : EdgePlaces{});
     }
-    for (const int image : pair.images)
-      if (const PatternSpec& p = pair.patterns[image];
-          p.is_gray() && static_cast<std::size_t>(p.direction) < places_.size() &&
-          places_[p.direction].coordinate_px && !is_gain_image(image))
-        lights_.push_back({image});
+    for (const int image : pair.code_images()) {
+      const auto d = static_cast<std::size_t>(pair.patterns[image].direction);
+      if (d < places_.size() && places_[d].coordinate_px) lights_.push_back({image});
+    }
     if (rendering_.scatter_dn2.size() > 0)
       for (const CodeLight& light : lights_)
-        scatter_of_one_dn2_ += rendering_.scatter_dn2(light.image, light.image) / n_images();
+        scatter_of_one_dn2_ +=
+            rendering_.scatter_dn2(light.image, light.image) / static_cast<double>(lights_.size());
   }
 
   std::optional<CodeVerdict> run() {
@@ -106,14 +110,9 @@ class CodeExplanation {
     row.compared_fraction = share_of(s.n, std::max<std::uint64_t>(1, s.n_inside));
     if (!take_sums(s, row) || row.compared_fraction < kLeastCompared) return std::nullopt;
     const auto n = static_cast<double>(s.n);
-    const double noise = s.noise / n, rounding = std::min(noise_.rounding_dn2(), noise);
-    row.lines = {
-        {"noise: " + noise_.source(), noise - rounding},
-        {"quantisation", rounding},
-        {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
-         rendering_.gray_dn * rendering_.gray_dn + scatter_of_one_dn2_},
-        {"edges where the fringes lie, not where the twin says", s.texture / n},
-        {"fit of the black level", black_dn2()}};
+    row.lines = noise_lines(noise_, s.noise / n, rendering_, scatter_of_one_dn2_);
+    row.lines.push_back({"edges where the fringes lie, not where the twin says", s.texture / n});
+    row.lines.push_back({"fit of the black level", black_dn2()});
     if (shape_.noise) row.lines.push_back({kShapeLine, s.shape / n});
     judge(s, noise_.known_to(some_levels()), 1.0, row);
     out.lights = lights_;
@@ -121,10 +120,6 @@ class CodeExplanation {
   }
 
  private:
-  double n_images() const { return static_cast<double>(lights_.size()); }
-  bool is_gain_image(int image) const {
-    return std::ranges::find(pair_.gain_images, image) != pair_.gain_images.end();
-  }
   bool is_inside(int x, int y) const {
     return x > 0 && y > 0 && x + 1 < pair_.width() && y + 1 < pair_.height() && code_.interior(x, y) != 0;
   }
@@ -167,16 +162,6 @@ class CodeExplanation {
     return out;
   }
 
-  /// Returns the sums of the fit of what the pixel has of its own, which tell the noise it has.
-  OwnLightSums line_of(std::size_t i) const {
-    OwnLightSums line;
-    if (own_.kinds.any())
-      for (const int image : own_.images)
-        if (const double y = pair_.real_at(image, i); y < pair_.real->saturation_dn())
-          line.add(pair_.irradiance_at(image, i), y, noise_.variance(y));
-    return line;
-  }
-
   /// Returns the predicted levels of the values of some pixels: a code's lie beyond those of the steps, which
   /// tell the noise.
   std::vector<float> some_levels() const {
@@ -201,7 +186,7 @@ class CodeExplanation {
       if (y % (2 * row_step(pair_.width(), pair_.height())) != 0) continue;
       for (int x = 0; x < pair_.width(); ++x) {
         if (!is_inside(x, y)) continue;
-        const OwnLightSums line = line_of(code_.interior.index(x, y));
+        const OwnLightSums line = own_light_sums(pair_, own_, noise_, code_.interior.index(x, y));
         for (std::size_t k = 0; k < lights_.size(); ++k)
           if (const auto value = value_at(lights_[k], x, y, line)) {
             const double weight = 1.0 / (value->noise_dn2 + value->edge_dn2);
@@ -232,7 +217,7 @@ class CodeExplanation {
   }
 
   void pixel(int x, int y, double shared, Sums& out, std::vector<BlockSum>& levels) const {
-    const OwnLightSums line = line_of(code_.interior.index(x, y));
+    const OwnLightSums line = own_light_sums(pair_, own_, noise_, code_.interior.index(x, y));
     out.n_inside += lights_.size();
     for (std::size_t k = 0; k < lights_.size(); ++k) {
       const auto value = value_at(lights_[k], x, y, line);
@@ -258,7 +243,7 @@ class CodeExplanation {
   RenderingError rendering_;
   const OwnOfPixels& own_;
   ShapeInView shape_;
-  double shading_share_ = 0.0;  ///< region_shares()
+  double shading_share_;
   double scatter_of_one_dn2_ = 0.0;
   std::vector<EdgePlaces> places_;  ///< of each direction; empty where it is not compared
   std::vector<CodeLight> lights_;

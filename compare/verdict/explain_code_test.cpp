@@ -23,17 +23,6 @@ namespace {
 using testing::SidesTruth;
 using testing::SyntheticSides;
 
-/// Four bits and two complementary images of 16 px beside eight steps.
-SidesTruth coded() {
-  SidesTruth t = testing::deep_truth(60.0);
-  t.width = 256;
-  t.height = 240;
-  t.pitches_px = {16};
-  t.steps = 8;
-  t.gray_bits = 5;
-  return t;
-}
-
 std::optional<CodeVerdict> code_of(SyntheticSides sides) {
   const testing::FittedGray gray(std::move(sides));
   const measure::CameraDecode *real = gray.real_decode(), *simulated = gray.simulated_decode();
@@ -49,7 +38,7 @@ void change_codes(SyntheticSides& sides, Change change) {
 }
 
 TEST(ExplainCode, NoiseAsItIsIsExplained) {
-  const auto code = code_of(testing::make_sides(coded()));
+  const auto code = code_of(testing::make_sides(testing::coded_truth()));
   ASSERT_TRUE(code);
   EXPECT_TRUE(code->row.explained()) << code->row.chi2 << ' ' << code->row.regional_chi2;
   EXPECT_NEAR(code->row.chi2, 1.0, 0.05);
@@ -63,7 +52,7 @@ TEST(ExplainCode, NoiseAsItIsIsExplained) {
 // mean.
 TEST(ExplainCode, KnowsHowWellTheBlackLevelIsTold) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    SidesTruth t = coded();
+    SidesTruth t = testing::coded_truth();
     t.electrons_per_dn = 2.0;
     t.noise_dn = 2.0;
     t.contrast = 0.4;
@@ -76,7 +65,7 @@ TEST(ExplainCode, KnowsHowWellTheBlackLevelIsTold) {
 }
 
 TEST(ExplainCode, EachImageHasItsOwnLight) {
-  SyntheticSides sides = testing::make_sides(coded());
+  SyntheticSides sides = testing::make_sides(testing::coded_truth());
   change_codes(sides, [](ImageF& image, std::size_t k) {
     for (float& dn : image.data) dn = 60.0F + (k % 2 == 0 ? 0.97F : 1.02F) * (dn - 60.0F);
   });
@@ -88,7 +77,7 @@ TEST(ExplainCode, EachImageHasItsOwnLight) {
 }
 
 TEST(ExplainCode, LightThatIsSpreadFurtherIsNotExplained) {
-  SyntheticSides sides = testing::make_sides(coded());
+  SyntheticSides sides = testing::make_sides(testing::coded_truth());
   change_codes(sides, [](ImageF& image, std::size_t) {
     const ImageF sharp = image;
     for (int y = 0; y < image.height; ++y)
@@ -112,7 +101,7 @@ double seen_by_pixel(const Fringes& fringes, const PatternSpec& pattern, double 
 
 /// Sides whose pixels have an area, and whose real fringes lie `moved_px` beside the twin's.
 SyntheticSides with_areas(double moved_px) {
-  SidesTruth t = coded();
+  SidesTruth t = testing::coded_truth();
   SyntheticSides sides = testing::make_sides(t);
   std::mt19937_64 random(7);
   std::normal_distribution<double> noise(0.0, t.noise_dn);
@@ -150,7 +139,7 @@ TEST(ExplainCode, EdgesThatLieElsewhereAreLeftToTheVerdictOnThePhase) {
 }
 
 TEST(ExplainCode, WithoutACodeThereIsNothingToSay) {
-  SidesTruth t = coded();
+  SidesTruth t = testing::coded_truth();
   t.gray_bits = 0;
   EXPECT_FALSE(code_of(testing::make_sides(t)));
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/gray/own_light.hpp"
 #include "compare/verdict/block_sums.hpp"
 #include "twin/base/constants.hpp"
 
@@ -25,11 +24,8 @@ class GrayExplanation {
         calibration_(calibration),
         seen_(seen),
         own_(own),
-        shape_(shape) {
-    if (own.kinds.factor) shape_.noise = nullptr;  // a factor has what its pixel's normal is off by
-    if (shape_.noise) {
-      shading_share_ = region_shares(shape_.noise->surface.radius_px, kRegion).slope;
-    }
+        shape_(shape_in_budget(shape, own)),
+        shading_share_(region_shading_share(shape_)) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
@@ -57,12 +53,9 @@ class GrayExplanation {
     }
     const auto n = static_cast<double>(s.n);
     const double noise = s.noise / n, rounding = std::min(noise_.rounding_dn2(), noise);
-    row.lines = {
-        {"noise: " + noise_.source(), noise - rounding},
-        {"quantisation", rounding},
-        {rendering_.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)",
-         rendering_.gray_dn * rendering_.gray_dn + scatter_of_one_dn2_},
-        {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)}};
+    row.lines = noise_lines(noise_, noise, rendering_, scatter_of_one_dn2_);
+    row.lines.push_back(
+        {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)});
     if (shape_.noise) row.lines.push_back({kShapeLine, s.shape / n});
     if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
     const double kept = 1.0 - s.taken / n;
@@ -98,7 +91,7 @@ class GrayExplanation {
         calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
     out.n_inside += pair_.gain_images.size();
     double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
-    const OwnLightSums line = line_of(i);
+    const OwnLightSums line = own_light_sums(pair_, own_, noise_, i);
     const double shading = shape_.noise ? shape_.noise->shading_at(shape_.camera, i) * fit_.row.gain_dn : 0.0;
     int values = 0;
     const auto n_images = scatter_dn2_.rows();
@@ -141,17 +134,6 @@ class GrayExplanation {
     level.add_pixel(scatter_of(0)), contrast.add_pixel(scatter_of(1)), shift.add_pixel(scatter_of(2));
   }
 
-  /// Returns the sums of the fit of what the pixel has of its own. What it has already shifts and scales its
-  /// light, which changes no leverage.
-  OwnLightSums line_of(std::size_t i) const {
-    OwnLightSums line;
-    if (own_.kinds.any())
-      for (const int image : own_.images)
-        if (const double y = pair_.real_at(image, i); y < pair_.real->saturation_dn())
-          line.add(pair_.irradiance_at(image, i), y);
-    return line;
-  }
-
   const GrayPair& pair_;
   const GainFit& fit_;
   const GrayNoise& noise_;
@@ -161,7 +143,7 @@ class GrayExplanation {
   SeenPixels seen_;
   const OwnOfPixels& own_;
   ShapeInView shape_;
-  double shading_share_ = 0.0;   ///< region_shares()
+  double shading_share_;
   Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
   double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;

@@ -93,10 +93,9 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       simulated_noise += variance(simulated, i);
     }
   const auto n = static_cast<double>(s.n);
-  row.lines = {
-      {"noise and quantisation of the real images", real_noise / n},
-      {"noise and quantisation of the simulated images", simulated_noise / n},
-      {rendering.estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", shared}};
+  row.lines = {{"noise and quantisation of the real images", real_noise / n},
+               {"noise and quantisation of the simulated images", simulated_noise / n},
+               rendering.line(shared)};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
   if (shape.noise) row.lines.push_back({kShapeLine, s.shape / n});
   if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});

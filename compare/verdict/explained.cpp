@@ -12,8 +12,6 @@ namespace {
 using measure::CameraDecode;
 using measure::DirectionDecode;
 
-constexpr double kNoiseBeyondRounding = 2.0;  ///< times its variance: less noise than that is none
-
 /// Returns whether a pixel has fringes to compare: neither saturated nor weak, and more than noise, which may
 /// pass a low min_modulation_dn by chance. Coverage asks for less: a saturated pixel is seen, and should have
 /// been measured. Doubts of the description ask the gray values, as no decode can be believed then.
@@ -52,6 +50,30 @@ SeenPixels seen_pixels(const CameraDecode* real, const CameraDecode* simulated) 
   return out;
 }
 
+OwnLightSums own_light_sums(const GrayPair& pair, const OwnOfPixels& own, const GrayNoise& noise,
+                            std::size_t i) {
+  OwnLightSums sums;
+  if (!own.kinds.any()) return sums;
+  for (const int image : own.images)
+    if (const double y = pair.real_at(image, i); y < pair.real->saturation_dn())
+      sums.add(pair.irradiance_at(image, i), y, noise.variance(y));
+  return sums;
+}
+
+ShapeInView shape_in_budget(const ShapeInView& shape, const OwnOfPixels& own) {
+  ShapeInView out = shape;
+  if (own.kinds.factor) out.noise = nullptr;
+  return out;
+}
+
+std::vector<BudgetLine> noise_lines(const GrayNoise& noise, double noise_dn2, const RenderingError& rendering,
+                                    double scatter_dn2) {
+  const double rounding_dn2 = std::min(noise.rounding_dn2(), noise_dn2);
+  return {{"noise: " + noise.source(), noise_dn2 - rounding_dn2},
+          {"quantisation", rounding_dn2},
+          rendering.line(rendering.gray_dn * rendering.gray_dn + scatter_dn2)};
+}
+
 ExplainedRow not_compared(const std::string& quantity, const std::string& region, const std::string& why) {
   ExplainedRow row;
   row.quantity = quantity;
@@ -66,7 +88,7 @@ void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<Explaine
     const NoiseRow* refuting = nullptr;
     for (const NoiseRow& n : noise) {
       if (row.region != n.camera && row.region != n.camera + " " + n.direction) continue;
-      if (!(std::pow(n.gray_predicted_dn, 2) > kNoiseBeyondRounding * kRoundingVariance)) continue;
+      if (!(std::pow(n.gray_predicted_dn, 2) > kNoisy * kRoundingVariance)) continue;
       const double least = 1.0 - std::max(kCoverage * n.gray_ratio_sigma, kLeastExcess);
       if (n.sensor_known && n.gray_ratio < least && (!refuting || n.gray_ratio < refuting->gray_ratio))
         refuting = &n;

@@ -9,6 +9,7 @@
 
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
+#include "compare/gray/own_light.hpp"
 #include "compare/phase/phase_budget.hpp"
 #include "compare/result/own_kinds.hpp"
 #include "compare/verdict/calibration_budget.hpp"
@@ -17,6 +18,8 @@
 namespace fringetwin::compare {
 
 inline constexpr double kCoverage = 3.0;  ///< standard uncertainties
+/// Times the rounding's variance: less noise than that is none.
+inline constexpr double kNoisy = 2.0;
 /// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
 inline constexpr double kLeastExcess = 0.1;
 
@@ -35,6 +38,11 @@ struct RenderingError {
   /// Covariance of the gray values that a pixel has in the images (sequence order), which are off together,
   /// but otherwise in every pixel: the directions of its bounces. Empty: none.
   Eigen::MatrixXd scatter_dn2 = {};
+
+  /// Returns the budget's line of this variance.
+  BudgetLine line(double variance) const {
+    return {estimated ? "rendering, the renderer's own estimate" : "rendering (not estimated)", variance};
+  }
 };
 /// Returns what the notes say of one camera. The renderer states the gray error of the twin's sensor;
 /// `gain_dn`: of the gain that was fitted.
@@ -53,6 +61,20 @@ struct SeenPixels {
   std::uint64_t both = 0, either = 0;
 };
 SeenPixels seen_pixels(const measure::CameraDecode* real, const measure::CameraDecode* simulated);
+
+// What the budgets of gray values have in common, those of phase steps and those of the images of a code:
+
+/// Returns the sums of the fit of what pixel i has of its own, with the noise of its values; none where
+/// nothing was fitted. What the pixel has already shifts and scales its light, which changes no leverage.
+OwnLightSums own_light_sums(const GrayPair& pair, const OwnOfPixels& own, const GrayNoise& noise,
+                            std::size_t i);
+
+/// Returns the shape whose noise is in the budget: a factor of each pixel has what its normal is off by.
+ShapeInView shape_in_budget(const ShapeInView& shape, const OwnOfPixels& own);
+/// Returns the lines of noise, of quantisation and of rendering. `noise_dn2`: of a value, rounding included;
+/// `scatter_dn2`: of the directions of bounces.
+std::vector<BudgetLine> noise_lines(const GrayNoise& noise, double noise_dn2, const RenderingError& rendering,
+                                    double scatter_dn2);
 
 /// Returns a row that says that nothing was compared, and why.
 ExplainedRow not_compared(const std::string& quantity, const std::string& region, const std::string& why);

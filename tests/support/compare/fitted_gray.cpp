@@ -23,6 +23,14 @@ SidesTruth deep_truth(double black_level_dn) {
   return t;
 }
 
+SidesTruth coded_truth(double black_level_dn) {
+  SidesTruth t = deep_truth(black_level_dn);
+  t.pitches_px = {16};
+  t.steps = 8;
+  t.gray_bits = 5;
+  return t;
+}
+
 SidesTruth misjudged_truth() {
   SidesTruth t;
   t.bit_depth = 12;

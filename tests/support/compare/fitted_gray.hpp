@@ -15,6 +15,8 @@ namespace fringetwin::testing {
 /// Returns the truth of a 12 bit camera of 200 DN whose 4 DN of noise are far more than rounding; its black
 /// level stands above the clip, so that all values are usable.
 SidesTruth deep_truth(double black_level_dn = 400.0);
+/// Returns that of eight steps of 16 px beside a code of five bits.
+SidesTruth coded_truth(double black_level_dn = 60.0);
 /// Returns the truth of a 12 bit camera of 280 DN, black level 64 DN and 9 DN of noise, whose twin believes
 /// in 300 DN and no black level.
 SidesTruth misjudged_truth();
