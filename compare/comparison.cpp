@@ -98,9 +98,10 @@ std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Frin
   if (!worst) return "";
   return fmt::format(
       "{}: {} of the {} images of the code have other light than the twin says, most of all \"{}\": "
-      "{:+.2f} % (the verdict on the code leaves each image its own light)",
+      "{:+.2f} % (the verdict on the code leaves each image its own light{})",
       pair.camera->name, n, code.lights.size(), pair.patterns[worst->image].label(fringes),
-      100.0 * (worst->factor - 1.0));
+      100.0 * (worst->factor - 1.0),
+      code.row.state == kExplained ? "" : "; with what the twin is wrong about mended, it may be another");
 }
 
 /// Puts the verdict on a camera's code, if there is one, among the others, and what is to be said of its
@@ -108,9 +109,9 @@ std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Frin
 void take_code(std::optional<CodeVerdict> code, const GrayPair& pair, const Fringes& fringes,
                Comparison& out) {
   if (!code) return;
-  out.explained.push_back(std::move(code->row));
   if (std::string text = light_text(*code, pair, fringes); !text.empty())
     out.warnings.push_back(std::move(text));
+  out.explained.push_back(std::move(code->row));
 }
 
 CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simulated,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 namespace fringetwin::compare {
@@ -47,6 +48,7 @@ CauseSearch::CauseSearch(Sensitivity& sensitivity, const Twin& twin, const std::
   }
   start_ = start_values(parameters_);
   base_ = sensitivity.predicted(twin, parameters_, start_);
+  sensitivity.settle_lights(base_);
 }
 
 Causes CauseSearch::run() {
@@ -105,7 +107,7 @@ void CauseSearch::weigh_by_the_nearest() {
   // all fits begin at its gain, but where that is none: an albedo that light from surface to surface drives
   // to nothing has one of a million
   const std::vector<GridSamples> before = sensitivity_.samples();
-  take_sensors(begin_->sensors.samples());
+  sensitivity_.take_sensors(begin_->sensors.samples());
   if (is_switch(*nearest_)) {
     Twin turned = twin_;
     const Parameter& p = parameters_[groups_[*nearest_].at[0]];
@@ -118,18 +120,15 @@ void CauseSearch::weigh_by_the_nearest() {
     return !(ratio > 1.0 / kOtherGain && ratio < kOtherGain);
   };
   for (std::size_t c = 0; c < before.size(); ++c)
-    if (is_no_gain(c)) return take_sensors(before);
-}
-
-void CauseSearch::take_sensors(const std::vector<GridSamples>& from) {
-  for (std::size_t c = 0; c < from.size(); ++c)
-    sensitivity_.set_sensor(c, from[c].gain_dn, from[c].black_level_dn);
+    if (is_no_gain(c)) return sensitivity_.take_sensors(before);
 }
 
 Step CauseSearch::solve(const NormalEquations& e, const std::vector<std::size_t>& groups) const {
   std::vector<std::size_t> unknowns;
-  for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
+  for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
     for (const std::size_t at : {e.gain_at(c), e.black_at(c)}) unknowns.push_back(at);
+    std::ranges::copy(sensitivity_.lights_at(c, e.n_parameters), std::back_inserter(unknowns));
+  }
   for (const std::size_t g : groups)
     unknowns.insert(unknowns.end(), groups_[g].at.begin(), groups_[g].at.end());
   return solve_step(e, unknowns);

@@ -44,8 +44,7 @@ class CauseSearch {
   /// at the levels of a twin that is wrong, noise is wrong by a fifth. The same weights for all groups, or
   /// those would be better that predict more noise.
   void weigh_by_the_nearest();
-  void take_sensors(const std::vector<GridSamples>& from);
-  /// Solves for these groups with gain and black level of every camera.
+  /// Solves for these groups with gain and black level of every camera, and the light of images lit apart.
   Step solve(const NormalEquations& e, const std::vector<std::size_t>& groups) const;
   /// Returns by how much a linear step in these groups lowers chi2, less what it would lower noise. `every`:
   /// of the equations.

@@ -43,6 +43,12 @@ struct GridSamples {
   /// prediction holds with any. 0: that of gain_dn.
   double reference_gain_dn = 0.0;
   double curve_gain_dn() const { return reference_gain_dn > 0.0 ? reference_gain_dn : gain_dn; }
+  /// Places in `images` of those whose light is their own: images of a code beside phase steps, which may be
+  /// exposed by themselves. Every fit leaves each of them a factor.
+  std::vector<std::size_t> lit_apart = {};
+  std::vector<double> light = {};  ///< that factor of each of `images`, 1 of the others; empty: all 1
+  /// Returns the gray values over black that an irradiance of 1 makes in the k-th of `images`.
+  double gain_of(std::size_t k) const { return light.empty() ? gain_dn : gain_dn * light[k]; }
   double rendering_dn = 0.0;    ///< rms rendering error, part of the weights
   Eigen::MatrixXd scatter_dn2;  ///< of RenderingError, of these images; part of the weights
   double known_to = 0.05;       ///< relative standard uncertainty of the noise's variance, of single values

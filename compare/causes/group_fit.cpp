@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "compare/causes/cause_regions.hpp"
@@ -85,6 +86,7 @@ std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
   for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c) {
     if (!options_.hold_gain && !frees_factor(free)) all.push_back(first + 2 * c);
     if (!frees_offset(free)) all.push_back(first + 2 * c + 1);
+    std::ranges::copy(sensitivity_.lights_at(c, first), std::back_inserter(all));
   }
   return all;
 }
@@ -108,11 +110,7 @@ double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free
   for (std::size_t& at : sensors) at -= parameters_.size();
   const Step step = solve_step(e, sensors);
   n_ = e.n;
-  for (std::size_t c = 0; settle && c < sensitivity_.samples().size(); ++c) {
-    const GridSamples& s = sensitivity_.samples()[c];
-    sensitivity_.set_sensor(c, s.gain_dn + step.change[e.gain_at(c)],
-                            s.black_level_dn + step.change[e.black_at(c)]);
-  }
+  if (settle) sensitivity_.move_sensors(step.change, 0);
   return step.chi2;
 }
 
@@ -417,7 +415,8 @@ void GroupFit::tell(const Block& block) {
     const std::vector<std::size_t> before = told_of(blocks_.front());
     all.insert(all.end(), before.begin(), before.end());
   }
-  const Damped solved = solve(equations_with_prior(free), all, free, 0.0);
+  const NormalEquations e = equations_with_prior(free);
+  const Damped solved = solve(e, all, free, 0.0);
   const double chi2 = settled_chi2(base_, free, options_.settles_sensors && free == FreePerPixel::nothing) /
                       static_cast<double>(n_);
   double inflation2 = std::max(1.0, chi2);
@@ -446,9 +445,7 @@ void GroupFit::tell(const Block& block) {
     return variance * static_cast<double>(n) / (static_cast<double>(n) - 1.0);
   };
   for (std::size_t i = all.size(); i < solved.unknowns.size(); ++i) {
-    if (sensor_sigma_.size() == 0)
-      sensor_sigma_ = Eigen::VectorXd::Zero(
-          static_cast<Eigen::Index>(parameters_.size() + 2 * sensitivity_.samples().size()));
+    if (sensor_sigma_.size() == 0) sensor_sigma_ = Eigen::VectorXd::Zero(e.right.size());
     sensor_sigma_[solved.unknowns[i]] = std::sqrt(inflation2) * solved.sigma[static_cast<Eigen::Index>(i)];
   }
   for (std::size_t i = 0; i < told.size(); ++i) {

@@ -103,8 +103,9 @@ std::string GroupFit::alike_lights(const NormalEquations& e, FreePerPixel free) 
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!scaled.is_in_null_direction(static_cast<Eigen::Index>(i), kSameLight)) continue;
     const std::size_t sensor = all[i] - parameters_.size();  // wraps for a parameter
-    names.push_back(all[i] < parameters_.size()
-                        ? parameters_[all[i]].name
+    names.push_back(all[i] < parameters_.size() ? parameters_[all[i]].name
+                    : sensor >= 2 * sensitivity_.samples().size()
+                        ? "the light of an image of a code"
                         : twin_.cameras[sensitivity_.samples()[sensor / 2].camera].name +
                               (sensor % 2 == 0 ? ".gain_dn" : ".black_level_dn"));
   }

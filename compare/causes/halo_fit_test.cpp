@@ -105,6 +105,41 @@ TEST(HaloFit, FindsAHaloThatTheTwinLacks) {
   EXPECT_LT(fit.chi2(), 1.02);
 }
 
+// Images of a code that are exposed by themselves: each has a factor of its own in every fit.
+TEST(HaloFit, IsFoundBesideOtherLightOfTheCode) {
+  constexpr std::size_t kCommon = 4;  // images whose light is the twin's
+  const auto light_of = [](int image) {
+    return image < static_cast<int>(kCommon) ? 1.0 : 1.03 + 0.002 * image;
+  };
+  const Twin truth = with_halo(coded_window(), kPlanted);
+  const Twin twin =
+      with_halo(coded_window(), {{.share = 0.1, .sigma_px = 7.0}, {.share = 0.05, .sigma_px = 20.0}});
+  const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  std::vector<GridSamples> samples = samples_of(
+      traced_by_reference(truth),
+      [&](double e, std::size_t, int image, int, int) { return light_of(image) * e; }, frames);
+  const std::vector<Parameter> all = parameters(twin, {"halo"});
+  Sensitivity untold(testing::needed_renderer(), samples);
+  GroupFit fit_of_untold(untold, twin, all, {.exact = true});
+  fit_of_untold.run();
+  EXPECT_GT(fit_of_untold.chi2(), 2.0);
+  for (std::size_t k = kCommon; k < samples[0].images.size(); ++k) samples[0].lit_apart.push_back(k);
+  samples[0].light.assign(samples[0].images.size(), 1.0);
+  Sensitivity sensitivity(testing::needed_renderer(), samples);
+  GroupFit fit(sensitivity, twin, all, {.exact = true});
+  fit.run();
+  fit.settle_sensors();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_LT(fit.chi2(), 1.02);
+  const std::vector<double> planted{0.2, 5.0, 0.1, 30.0};
+  for (std::size_t k = 0; k < planted.size(); ++k)
+    EXPECT_NEAR(fit.known()[k].value, planted[k], 3.0 * fit.known()[k].sigma) << all[k].name;
+  const GridSamples& s = sensitivity.samples()[0];
+  for (std::size_t k = 0; k < s.images.size(); ++k)
+    EXPECT_NEAR(s.light[k], light_of(s.images[k]), 3e-3)
+        << k;  // 0.3 DN of 100 DN, 1920 values, beside the halo
+}
+
 TEST(HaloFit, AnEmptyHaloIsGivenAndTakenWhereThereCanBeOne) {
   Twin twin = coded_window();
   const Twin empty = with_empty_halo(twin);

@@ -70,11 +70,14 @@ Sensitivity::Unknowns Sensitivity::unknowns_of(std::size_t camera, const Columns
   }
   out.has_black = !frees_offset(free);
   if (out.has_black) out.at.push_back(static_cast<Eigen::Index>(layout.black_at(camera)));
+  out.of_lights = columns.rough[camera].data();
+  for (const std::size_t at : lights_at(camera, layout.n_parameters))
+    out.at.push_back(static_cast<Eigen::Index>(at));
   return out;
 }
 
-void Sensitivity::fill_rows(const Unknowns& unknowns, std::size_t first, double slope, const float* e,
-                            const Eigen::VectorXd& own_offset, const Eigen::VectorXd& weight,
+void Sensitivity::fill_rows(const GridSamples& s, const Unknowns& unknowns, std::size_t first, double slope,
+                            const float* e, const Eigen::VectorXd& own_offset, const Eigen::VectorXd& weight,
                             Eigen::Ref<Eigen::MatrixXd> rows) {
   const Eigen::Index k = weight.size();
   Eigen::Index c = 0;
@@ -86,14 +89,26 @@ void Sensitivity::fill_rows(const Unknowns& unknowns, std::size_t first, double 
   for (std::size_t p = 0; p < unknowns.parameters.size(); ++p) {
     const float* column = unknowns.parameters[p] + first;
     put(column, slope);
+    for (const std::size_t j : s.lit_apart) rows(static_cast<Eigen::Index>(j), c - 1) *= s.light[j];
     if (!unknowns.exposes[p]) continue;
     // the same share of the pixel's own light as of the twin's
     for (Eigen::Index j = 0; j < k; ++j)
       if (e[j] > 0.0F)
         rows(j, c - 1) += own_offset[j] * static_cast<double>(column[j]) / static_cast<double>(e[j]);
   }
-  if (unknowns.of_gain) put(unknowns.of_gain + first, 1.0);
-  if (unknowns.has_black) rows.col(c) = weight;
+  if (unknowns.of_gain) {
+    put(unknowns.of_gain + first, 1.0);
+    for (const std::size_t j : s.lit_apart) rows(static_cast<Eigen::Index>(j), c - 1) = 0.0;
+  }
+  if (unknowns.has_black) rows.col(c++) = weight;
+  if (!unknowns.of_lights) return;
+  for (const std::size_t j : s.lit_apart) {  // their gains: each acts on its image
+    const auto at = static_cast<Eigen::Index>(j);
+    rows.col(c).setZero();
+    if (weight[at] > 0.0)
+      rows(at, c) = weight[at] * slope / s.gain_dn * static_cast<double>(unknowns.of_lights[first + j]);
+    ++c;
+  }
 }
 
 std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, const Values& base,
@@ -110,7 +125,8 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
     const std::size_t i = first + static_cast<std::size_t>(j);
     weight[j] = static_cast<double>(s.weight[i]);
     used += s.weight[i] > 0.0F ? 1u : 0u;
-    weighted_e[j] = weight[j] * static_cast<double>(base[camera][i]);
+    weighted_e[j] = weight[j] * static_cast<double>(base[camera][i]) *
+                    (s.light.empty() ? 1.0 : s.light[static_cast<std::size_t>(j)]);
     weighted_offset[j] = weight[j] * exposure_of(camera, static_cast<std::size_t>(j));
     value[j] = weight[j] > 0.0 ? weight[j] * residual(s, base[camera], i) : 0.0;
   }
@@ -140,13 +156,15 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
     own.take_from(value, residuals);
   }
   weighted_offset *= own.offset(value, weighted_e);
-  fill_rows(unknowns, first, slope, base[camera].data() + first, weighted_offset, weight, rows);
+  fill_rows(s, unknowns, first, slope, base[camera].data() + first, weighted_offset, weight, rows);
   if (n_own > 0) own.take_from(rows);
   return used - n_own;
 }
 
 NormalEquations Sensitivity::empty_equations(std::size_t n_parameters) const {
-  const auto size = static_cast<Eigen::Index>(n_parameters + 2 * samples_.size());
+  std::size_t n_lights = 0;
+  for (const GridSamples& s : samples_) n_lights += s.lit_apart.size();
+  const auto size = static_cast<Eigen::Index>(n_parameters + 2 * samples_.size() + n_lights);
   return {Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, n_parameters};
 }
 

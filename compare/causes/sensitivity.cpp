@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "compare/causes/parameters.hpp"
@@ -37,7 +39,7 @@ PixelLine line_of(const GridSamples& s, std::size_t pixel, const std::vector<flo
   const std::size_t k = s.images.size();
   for (std::size_t i = pixel * k; i < (pixel + 1) * k; ++i) {
     if (s.weight[i] == 0.0F) continue;
-    const double light_dn = s.gain_dn * static_cast<double>(predicted[i]),
+    const double light_dn = s.gain_of(i - pixel * k) * static_cast<double>(predicted[i]),
                  real_dn = static_cast<double>(s.real_dn[i]) - s.black_level_dn;
     n += 1.0, x += light_dn, y += real_dn, xx += light_dn * light_dn, xy += light_dn * real_dn;
   }
@@ -54,7 +56,7 @@ void weigh_pixel(GridSamples& s, std::size_t pixel, const std::vector<float>& pr
   const std::size_t n = s.images.size();
   for (std::size_t k = 0; s.noise_dn2 && k < n; ++k) {
     const std::size_t i = pixel * n + k;
-    const double light_dn = line.factor * s.gain_dn * static_cast<double>(predicted[i]) + line.offset_dn,
+    const double light_dn = line.factor * s.gain_of(k) * static_cast<double>(predicted[i]) + line.offset_dn,
                  variance = s.noise_dn2(std::max(0.0, light_dn) + s.black_level_dn) +
                             s.rendering_dn * s.rendering_dn + s.scatter_of(k);
     if (s.weight[i] > 0.0F && variance > 0.0) s.weight[i] = static_cast<float>(1.0 / std::sqrt(variance));
@@ -125,6 +127,10 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
   const auto n_valid =
       static_cast<std::size_t>(std::ranges::count_if(interior.data, [](unsigned char m) { return m != 0; }));
   out.grid = cut_to(choose_grid(*pair.camera, n_valid, most), *pair.camera, interior);
+  for (std::size_t k = 0; k < out.images.size(); ++k)
+    if (std::ranges::find(pair.gain_images, out.images[k]) == pair.gain_images.end())
+      out.lit_apart.push_back(k);
+  out.light.assign(out.lit_apart.empty() ? 0 : out.images.size(), 1.0);
   const UsableRange& u = fit.usable;
   std::vector<float> levels;
   for (int gy = 0; gy < out.grid.height; gy += out.grid.keep)
@@ -192,6 +198,42 @@ Sensitivity::Sensitivity(render::Renderer& renderer, std::vector<GridSamples> sa
 void Sensitivity::set_sensor(std::size_t index, double gain_dn, double black_level_dn) {
   samples_.at(index).gain_dn = gain_dn;
   samples_.at(index).black_level_dn = black_level_dn;
+}
+
+void Sensitivity::take_sensors(const std::vector<GridSamples>& from) {
+  for (std::size_t c = 0; c < from.size(); ++c) {
+    set_sensor(c, from[c].gain_dn, from[c].black_level_dn);
+    samples_[c].light = from[c].light;
+  }
+}
+
+std::vector<std::size_t> Sensitivity::lights_at(std::size_t camera, std::size_t n_parameters) const {
+  std::size_t first = n_parameters + 2 * samples_.size();
+  for (std::size_t c = 0; c < camera; ++c) first += samples_[c].lit_apart.size();
+  std::vector<std::size_t> places(samples_[camera].lit_apart.size());
+  std::iota(places.begin(), places.end(), first);
+  return places;
+}
+
+void Sensitivity::move_sensors(const Eigen::VectorXd& change, std::size_t n_parameters) {
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    GridSamples& s = samples_[c];
+    const std::vector<std::size_t> at = lights_at(c, n_parameters);
+    std::vector<double> gains_dn;  // the equations are linear in these, not in their ratios
+    for (std::size_t j = 0; j < at.size(); ++j) gains_dn.push_back(s.gain_of(s.lit_apart[j]) + change[at[j]]);
+    const std::size_t gain_at = n_parameters + 2 * c;
+    set_sensor(c, s.gain_dn + change[gain_at], s.black_level_dn + change[gain_at + 1]);
+    for (std::size_t j = 0; j < at.size(); ++j) s.light[s.lit_apart[j]] = gains_dn[j] / s.gain_dn;
+  }
+}
+
+void Sensitivity::settle_lights(const Values& predicted) {
+  std::vector<std::size_t> lights;
+  for (std::size_t c = 0; c < samples_.size(); ++c)
+    std::ranges::copy(lights_at(c, 0), std::back_inserter(lights));
+  if (lights.empty()) return;
+  const NormalEquations e = equations_at(predicted, {predicted, {}}, FreePerPixel::nothing);
+  move_sensors(solve_step(e, lights).change, 0);
 }
 
 void Sensitivity::refer_curves_to_gain() {
@@ -308,8 +350,8 @@ void Sensitivity::leave_out_texture_edges() {
 }
 
 double Sensitivity::residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i) {
-  return static_cast<double>(s.real_dn[i]) - s.gain_dn * static_cast<double>(irradiance[i]) -
-         s.black_level_dn;
+  const double gain_dn = s.light.empty() ? s.gain_dn : s.gain_of(i % s.images.size());
+  return static_cast<double>(s.real_dn[i]) - gain_dn * static_cast<double>(irradiance[i]) - s.black_level_dn;
 }
 
 double Sensitivity::relative_change(const Values& from, const Values& to,

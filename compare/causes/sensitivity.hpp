@@ -45,14 +45,15 @@ inline FreePerPixel together(FreePerPixel a, FreePerPixel b) {
       {.factor = frees_factor(a) || frees_factor(b), .offset = frees_offset(a) || frees_offset(b)});
 }
 
-/// Normal equations of r = y - (gain E + black) in the parameters, then gain and black level of each camera:
-/// minimise sum w^2 rho(r - J d). Huber weights at 3 robust scales (at least 3 standard deviations).
+/// Normal equations of r = y - (gain E + black) in the parameters, then gain and black level of each camera,
+/// then the gains of the images that are lit apart: minimise sum w^2 rho(r - J d). Huber weights at 3 robust
+/// scales (at least 3 standard deviations).
 struct NormalEquations {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
   double chi2 = 0.0;             ///< sum of weighted squares before any step
   std::uint64_t n = 0;           ///< values
-  std::size_t n_parameters = 0;  ///< the first ones; then (gain, black) per camera
+  std::size_t n_parameters = 0;  ///< the first ones; then (gain, black) per camera, then those of images
   std::size_t gain_at(std::size_t camera) const { return n_parameters + 2 * camera; }
   std::size_t black_at(std::size_t camera) const { return gain_at(camera) + 1; }
   /// Returns the rows and columns of some unknowns, in their order.
@@ -82,8 +83,17 @@ class Sensitivity {
   Sensitivity(render::Renderer& renderer, std::vector<GridSamples> samples);
 
   const std::vector<GridSamples>& samples() const { return samples_; }
-  /// Sets gain and black level of a camera; `index`: into samples().
+  /// Sets gain and black level of a camera; `index`: into samples(). Images lit apart keep their factors.
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
+  /// Takes gain, black level and the light of images lit apart from others, camera by camera.
+  void take_sensors(const std::vector<GridSamples>& from);
+  /// Moves them by a step in equations of so many parameters, where they are fitted together.
+  void move_sensors(const Eigen::VectorXd& change, std::size_t n_parameters);
+  /// Returns the places of the gains of images lit apart among the unknowns of equations of so many
+  /// parameters: of one camera, in the order of its lit_apart.
+  std::vector<std::size_t> lights_at(std::size_t camera, std::size_t n_parameters) const;
+  /// Finds the light of images lit apart for a prediction, gain and black level held.
+  void settle_lights(const Values& predicted);
   /// Tells the cameras' curves at the gain as it is now (GridSamples::reference_gain_dn).
   void refer_curves_to_gain();
 
@@ -222,6 +232,7 @@ class Sensitivity {
     std::vector<bool> exposes = {};             ///< of these
     const float* of_gain = nullptr;             ///< the irradiance; null: the gain is none of them
     bool has_black = false;
+    const float* of_lights = nullptr;   ///< the irradiance; null: no image is lit apart
     std::vector<Eigen::Index> at = {};  ///< place of each in the equations
   };
   Unknowns unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,
@@ -237,8 +248,8 @@ class Sensitivity {
                            Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Ref<Eigen::VectorXd> residuals) const;
   /// Writes the derivatives of a pixel's values, the first of which is the `first` of the camera's. `e`: what
   /// is predicted of them; `own_offset`: what the pixel's own offset adds to the weighted values.
-  static void fill_rows(const Unknowns& unknowns, std::size_t first, double slope, const float* e,
-                        const Eigen::VectorXd& own_offset, const Eigen::VectorXd& weight,
+  static void fill_rows(const GridSamples& s, const Unknowns& unknowns, std::size_t first, double slope,
+                        const float* e, const Eigen::VectorXd& own_offset, const Eigen::VectorXd& weight,
                         Eigen::Ref<Eigen::MatrixXd> rows);
   double exposure_of(std::size_t camera, std::size_t k) const {
     return exposures_.empty() ? 1.0 : exposures_[camera][k];

@@ -12,9 +12,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 #include "compare/causes/cause_regions.hpp"
@@ -124,6 +126,55 @@ TEST(Sensitivity, GainAndReflectivityCannotBeToldApart) {
   const auto gain = static_cast<Eigen::Index>(e.gain_at(0));
   const double correlation = e.normal(0, gain) / std::sqrt(e.normal(0, 0) * e.normal(gain, gain));
   EXPECT_NEAR(correlation, 1.0, 1e-8);
+}
+
+// y = g_k E + black, with a gain of its own for each image lit apart, in two cameras that have different
+// ones.
+TEST(Sensitivity, ImagesLitApartHaveGainsOfTheirOwn) {
+  constexpr std::size_t kPixels = 40, kImages = 5;
+  const std::vector<std::vector<std::size_t>> apart{{4}, {1, 3}};
+  const auto gain_of = [&](std::size_t c, std::size_t k) {
+    const bool is_apart = std::ranges::find(apart[c], k) != apart[c].end();
+    return (c == 0 ? 20.0 : 30.0) * (is_apart ? 1.0 + 0.01 * static_cast<double>(k) : 1.0);
+  };
+  std::vector<GridSamples> all;
+  Sensitivity::Values base;
+  for (std::size_t c = 0; c < 2; ++c) {
+    GridSamples s;
+    s.camera = c;
+    s.grid = {1, 0, 0, 8, 5};
+    s.images = {0, 1, 2, 3, 4};
+    s.gain_dn = 22.0, s.black_level_dn = 5.0;
+    s.lit_apart = apart[c];
+    s.light.assign(kImages, 1.0);
+    base.emplace_back();
+    for (std::size_t p = 0; p < kPixels; ++p) {
+      s.cell.push_back(p);
+      for (std::size_t k = 0; k < kImages; ++k) {
+        const double e = 1.0 + static_cast<double>((7 * p + 3 * k) % 11);
+        base[c].push_back(static_cast<float>(e));
+        s.real_dn.push_back(static_cast<float>(gain_of(c, k) * e + 7.0));
+        s.weight.push_back(10.0F);
+      }
+    }
+    all.push_back(std::move(s));
+  }
+  Sensitivity sensitivity(renderer(), all);
+  sensitivity.set_scale({1e9, 1e9});  // all values count in full
+  const NormalEquations e = sensitivity.equations_at(base, {base, {}}, FreePerPixel::nothing);
+  ASSERT_EQ(e.right.size(), 2 * 2 + 3);
+  std::vector<std::size_t> unknowns(7);
+  std::iota(unknowns.begin(), unknowns.end(), 0);
+  const Step step = solve_step(e, unknowns);
+  EXPECT_EQ(step.n_determined, 7);
+  EXPECT_NEAR(step.chi2, 0.0, 1e-3);  // of 400 squares up to 1e6: values are floats
+  sensitivity.move_sensors(step.change, 0);
+  for (std::size_t c = 0; c < 2; ++c) {
+    const GridSamples& s = sensitivity.samples()[c];
+    EXPECT_NEAR(s.black_level_dn, 7.0, 1e-4);
+    for (std::size_t k = 0; k < kImages; ++k) EXPECT_NEAR(s.gain_of(k), gain_of(c, k), 1e-4) << c << ' ' << k;
+    EXPECT_EQ(s.light[0], 1.0);
+  }
 }
 
 TEST(Sensitivity, PixelsThatFillABlockExactlyAreSummed) {

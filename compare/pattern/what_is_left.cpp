@@ -67,13 +67,13 @@ std::vector<LeftValue> values_of_pixel(const GridSamples& s, const std::vector<f
                                          static_cast<int>(width));
   std::vector<LeftValue> pixel;
   for (std::size_t i = first; i < first + s.images.size(); ++i)
-    pixel.push_back(
-        {.sigmas = s.weight[i] * static_cast<float>(Sensitivity::residual(s, irradiance, i)),
-         .level_dn = static_cast<float>(s.gain_dn * static_cast<double>(irradiance[i]) + s.black_level_dn),
-         .phase_rad = NAN,
-         .x_px = static_cast<float>(at % width),
-         .y_px = static_cast<float>(at / width),
-         .image = s.images[i - first]});
+    pixel.push_back({.sigmas = s.weight[i] * static_cast<float>(Sensitivity::residual(s, irradiance, i)),
+                     .level_dn = static_cast<float>(
+                         s.gain_of(i - first) * static_cast<double>(irradiance[i]) + s.black_level_dn),
+                     .phase_rad = NAN,
+                     .x_px = static_cast<float>(at % width),
+                     .y_px = static_cast<float>(at / width),
+                     .image = s.images[i - first]});
   return pixel;
 }
 

@@ -24,6 +24,7 @@ namespace {
 
 constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr double kHighCorrelation = 0.98;
+constexpr double kLeastOtherLight = 0.005;  ///< of an image of a code: as the verdict on the code has it
 
 bool is_no_parameter(const std::string& name) {
   return name == "gain" || name == "black" || name == "texture" || name == "offset" || name == kTextureSpread;
@@ -205,6 +206,8 @@ class Refiner {
   /// sampled badly there.
   Eigen::VectorXd values_to_begin_at() {
     sensitivity_.choose_points(twin_);
+    if (sensitivity_.holds_code(twin_))
+      sensitivity_.settle_lights(sensitivity_.irradiance(twin_, sensitivity_.residual_samples()));
     sensitivity_.choose_scale(twin_);
     GroupFit start(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_});
     if (real_.measurement) start_at_fitted_places(start, twin_, real_.measurement->cloud);
@@ -337,6 +340,7 @@ class Refiner {
                               p.shown_sigma(values[k], fit.known()[k].sigma)});
     }
     note_correlations(fit, told);
+    for (const GridSamples& s : sensitivity_.samples()) note_light_of_code(s);
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
       keep_sensor(c, fit.sensor_sigma(c), out.twin);
@@ -346,6 +350,17 @@ class Refiner {
     if (report_.own.any()) note_texture(out.twin);
     out.report = std::move(report_);
     return out;
+  }
+
+  /// Says which image of a code has the most other light, which no key was asked to hold.
+  void note_light_of_code(const GridSamples& s) {
+    const auto off = [&](std::size_t k) { return std::abs(s.light[k] - 1.0); };
+    const auto most = std::ranges::max_element(s.lit_apart, {}, off);
+    if (most == s.lit_apart.end() || !(off(*most) > kLeastOtherLight)) return;
+    report_.notes.push_back(fmt::format(
+        "{}: the images of the code have light of their own, image {} most of all: {:+.2f} % (fitted beside "
+        "what was asked for, and not kept)",
+        twin_.cameras[s.camera].name, s.images[*most], 100.0 * (s.light[*most] - 1.0)));
   }
 
   void note_texture(Twin& twin) {

@@ -268,6 +268,15 @@ def blur_for_halo(rig, twin, random):
 
 listed("blur_for_halo", "the same halo; the twin's blur was fitted to the contrast of the steps in its place", blur_for_halo,
        CODED_WALL, "halo", verdict={"code": "not explained", "phase": "explained"}, gain=False)
+def halo_code_lit(rig, twin, random):
+    """The images of the code are exposed by themselves."""
+    halo([(0.15, 3.0), (0.08, 40.0)])(rig, twin, random)
+    rig.image_factor = np.array([1.0 if kind == "step" else 1.04 + 0.02 * random.uniform(-1, 1)
+                                 for kind, _, _ in rig.patterns()])
+
+
+listed("halo_code_lit", "the same halo, and the images of the code get 2 to 6 % more light", halo_code_lit, CODED_BOTH, "halo",
+       verdict=GRAY)
 listed("blur_coded", "the projector's blur is 1.3 px, the twin's 0.8 px; a Gray code beside the steps", blur_of(1.3, 0.8), CODED_BOTH,
        "blur", verdict=GRAY, values={"projector.blur_px": 1.3})
 listed("camera_gamma_small", "the camera's gamma is 0.99", camera_gamma(0.99), WALL, SENSOR, gain=False)
