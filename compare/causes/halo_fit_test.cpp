@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "compare/causes/group_fit.hpp"
 #include "compare/causes/parameters.hpp"
@@ -115,9 +116,9 @@ TEST(HaloFit, IsFoundBesideOtherLightOfTheCode) {
   const Twin twin =
       with_halo(coded_window(), {{.share = 0.1, .sigma_px = 7.0}, {.share = 0.05, .sigma_px = 20.0}});
   const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  const Images traced = traced_by_reference(truth);
   std::vector<GridSamples> samples = samples_of(
-      traced_by_reference(truth),
-      [&](double e, std::size_t, int image, int, int) { return light_of(image) * e; }, frames);
+      traced, [&](double e, std::size_t, int image, int, int) { return light_of(image) * e; }, frames);
   const std::vector<Parameter> all = parameters(twin, {"halo"});
   Sensitivity untold(testing::needed_renderer(), samples);
   GroupFit fit_of_untold(untold, twin, all, {.exact = true});
@@ -135,9 +136,18 @@ TEST(HaloFit, IsFoundBesideOtherLightOfTheCode) {
   for (std::size_t k = 0; k < planted.size(); ++k)
     EXPECT_NEAR(fit.known()[k].value, planted[k], 3.0 * fit.known()[k].sigma) << all[k].name;
   const GridSamples& s = sensitivity.samples()[0];
-  for (std::size_t k = 0; k < s.images.size(); ++k)
+  const auto mean_of = [&](std::size_t k) {
+    return std::accumulate(traced[0][k].data.begin(), traced[0][k].data.end(), 0.0) /
+           static_cast<double>(traced[0][k].size());
+  };
+  int n_told = 0;
+  for (std::size_t k = kCommon; k < s.images.size(); ++k) {
+    if (mean_of(k) < 1.0) continue;  // of 5: dark all over, where the prior holds it
     EXPECT_NEAR(s.light[k], light_of(s.images[k]), 3e-3)
-        << k;  // 0.3 DN of 100 DN, 1920 values, beside the halo
+        << k;  // 0.3 DN of 100 DN, 1920 values: beside a halo
+    ++n_told;
+  }
+  EXPECT_GE(n_told, 14);
 }
 
 TEST(HaloFit, AnEmptyHaloIsGivenAndTakenWhereThereCanBeOne) {

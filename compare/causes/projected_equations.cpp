@@ -11,7 +11,8 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr Eigen::Index kPixelsAtOnce = 32;
-constexpr int kBlockPx = 28;  ///< side of the blocks of pixels whose errors may belong together
+constexpr double kLightPrior = 0.3;  ///< by which the light of an image lit apart may be another
+constexpr int kBlockPx = 28;         ///< side of the blocks of pixels whose errors may belong together
 
 /// An orthonormal basis of what a pixel has of its own, offset first.
 struct OwnDirections {
@@ -168,6 +169,21 @@ NormalEquations Sensitivity::empty_equations(std::size_t n_parameters) const {
   return {Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, n_parameters};
 }
 
+/// The light of an image that is dark wherever it is seen is told by nothing else.
+void Sensitivity::add_prior_of_lights(NormalEquations& e) const {
+  for (std::size_t c = 0; c < samples_.size(); ++c) {
+    const GridSamples& s = samples_[c];
+    const std::vector<std::size_t> at = lights_at(c, e.n_parameters);
+    for (std::size_t j = 0; j < at.size(); ++j) {
+      const double off = (s.light[s.lit_apart[j]] - 1.0) / kLightPrior,
+                   per_dn = 1.0 / (kLightPrior * s.gain_dn);
+      e.normal(at[j], at[j]) += per_dn * per_dn;
+      e.right[at[j]] -= off * per_dn;
+      e.chi2 += off * off;
+    }
+  }
+}
+
 NormalEquations Sensitivity::equations_at(const Values& base, const Columns& columns, FreePerPixel free,
                                           std::size_t every) const {
   free = with_own(free);
@@ -222,6 +238,7 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
   out.right *= as_often;
   out.chi2 *= as_often;
   out.n *= every;
+  add_prior_of_lights(out);
   return out;
 }
 

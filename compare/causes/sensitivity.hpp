@@ -255,6 +255,7 @@ class Sensitivity {
     return exposures_.empty() ? 1.0 : exposures_[camera][k];
   }
   NormalEquations empty_equations(std::size_t n_parameters) const;
+  void add_prior_of_lights(NormalEquations& equations) const;
 
   render::Renderer& renderer_;
   std::vector<GridSamples> samples_;
