@@ -250,7 +250,9 @@ bool GroupFit::fit(const Block& block) {
     }
     ++n_steps_;
     if (const double gained = try_values(next, free, chi2); gained > 0.0) {
-      chi2 -= gained;
+      // anew: with another gain and black level other values are outliers
+      chi2 =
+          sensors_of(free).empty() ? chi2 - gained : settled_chi2(base_, free, false) + prior_chi2(values_);
       moved = moved || gained > little;
       // where old columns are too long every step falls short of what they could predict
       const bool is_poor =

@@ -449,7 +449,11 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   try {
     for (int attempt = 0;; ++attempt) {
       if (!inside(values[at] + step)) step = -step;
-      if (!inside(values[at] + step)) return nothing;
+      if (!inside(values[at] + step)) {  // as far as there is room
+        const double up = parameter.largest - values[at], down = values[at] - parameter.smallest;
+        step = up >= down ? up : -down;
+        if (!(std::max(up, down) > 0.0)) return nothing;
+      }
       out = images_at(values[at] + step);
       if (parameter.is_switch) break;
       const double change = relative_change(base, out, parameter.camera);
