@@ -60,6 +60,13 @@ GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Param
   for (std::size_t k = 0; k < parameters_.size(); ++k)
     (is_geometric(parameters_[k].group) && !options_.free ? geometry : others).at.push_back(k);
   if (options_.free) others.free = *options_.free;
+  // where every pixel has its own brightness and offset anyway, both kinds are told from the same: together,
+  // for one after the other creeps where an image's light and its fringes' place are nearly the same
+  if (free_of(others) == free_of(geometry) && !geometry.at.empty() && !others.at.empty()) {
+    std::ranges::copy(others.at, std::back_inserter(geometry.at));
+    std::ranges::sort(geometry.at);
+    others.at.clear();
+  }
   if (!geometry.at.empty()) blocks_.push_back(geometry);
   if (!others.at.empty() || blocks_.empty()) blocks_.push_back(others);
   if (base.empty())
@@ -429,10 +436,13 @@ void GroupFit::tell(const Block& block) {
         fmt::format("{}{} {:.3g}, limit {:.3g}", unexplained_.empty() ? "" : "; ", what, left, limit);
   };
   hold_against("chi2", chi2, sensitivity_.chi2_limit(static_cast<double>(n_)));
-  const bool is_of_places = is_geometric(parameters_[told[0]].group);
+  const auto is_told_of = [&](bool places) {
+    return std::ranges::any_of(told,
+                               [&](std::size_t k) { return is_geometric(parameters_[k].group) == places; });
+  };
   regions_ = cause_regions(sensitivity_, twin_.fringes, base_, free);
   for (const CauseRegion& kind : regions_)
-    if (kind.kind != "image" && is_of_places == (kind.kind == "shift"))
+    if (kind.kind != "image" && is_told_of(kind.kind == "shift"))
       hold_against(kind.kind + " of regions", kind.chi2, kind.limit);
   Sensitivity::Scatter scatter;
   if (!(options_.wanted_chi2 > 0.0 && chi2 > options_.wanted_chi2))  // nobody takes its values
