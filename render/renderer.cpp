@@ -8,6 +8,7 @@
 
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/formed_harmonics.hpp"
+#include "render/pattern/projector_places.hpp"
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/scene/pack_scene.hpp"
@@ -67,6 +68,18 @@ bool trace_adaptively_if_possible(TraceDevice& device, const TraceJob& job,
   }
 }
 
+// Throws where phase steps would be evaluated directly, which know no field of harmonics.
+void refuse_direct_steps(const Twin& twin, const SeriesTable& series) {
+  for (const std::vector<PhaseSeries>& direction : series)
+    if (std::ranges::any_of(direction, [](const PhaseSeries& s) { return s.a.empty(); }))
+      throw UserError(
+          ExitCode::usage, twin.file.string(),
+          fmt::format("harmonics that vary over the projector's image cannot be rendered here: the "
+                      "fringes have more than {} harmonics",
+                      kMostPairs),
+          "leave out harmonics_field, or blur the pattern more");
+}
+
 // Raises an estimate to that of another trace, where both have one.
 void take_larger(const std::optional<ErrorEstimate>& other, std::optional<ErrorEstimate>& estimate) {
   if (!other || !estimate) return;
@@ -104,11 +117,14 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const ProjectorSetup projector = setup_projector(*twin.projector);
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
   const SeriesTable series = choose_series(twin, tuning_.pattern_method, sampling.phase_error_rad);
+  const bool has_field = twin.fringes.has_harmonics_field() && twin.fringes.steps > 0;
+  if (has_field) refuse_direct_steps(twin, series);
+  const SeriesTable largest = has_field ? largest_series(twin, series) : series;
   HarmonicsPlan harmonics;
   if (sampling.sampler == Sampler::adaptive && scene.maps.empty())
-    harmonics = plan_harmonics(twin, camera, series, sampling.phase_error_rad, projector.cx, projector.cy);
+    harmonics = plan_harmonics(twin, camera, largest, sampling.phase_error_rad, projector.cx, projector.cy);
   const std::vector<PassPlan> passes =
-      plan_passes(twin, harmonics.formed() ? fundamentals_of(series) : series, projector.cx, projector.cy);
+      plan_passes(twin, harmonics.formed() ? fundamentals_of(largest) : largest, projector.cx, projector.cy);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&
@@ -128,8 +144,26 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   }
   device_->kernels().stop_soon();
   out.sampling.precise = device_->precise();
+  if (has_field) add_harmonics_field(twin, camera_index, out);
   out.trace_ms = 1e3 * watch.elapsed().wall_s;
   return out;
+}
+
+void Renderer::add_harmonics_field(const Twin& twin, std::size_t camera_index, Transport& transport) {
+  constexpr int kPoints = 4;  // per pixel: the field is smooth
+  transport.series_of_field = field_series(twin, transport.series);
+  const Twin view = showing_places(twin);
+  const std::vector<ImageF> images =
+      form_images(view, camera_index, trace(view, camera_index, {Sampler::gauss, kPoints}));
+  transport.field_terms.assign(kHarmonicsFieldTerms,
+                               ImageF(transport.mean.width, transport.mean.height, 0.0F));
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < transport.mean.size(); ++i) {
+    if (!(transport.mean.data[i] > 0.0F)) continue;
+    const auto terms = twin.projector->field_terms(place_in_projector_px(images, i, *twin.projector));
+    for (std::size_t t = 0; t < terms.size(); ++t)
+      transport.field_terms[t].data[i] = static_cast<float>(terms[t]);
+  }
 }
 
 RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,

@@ -47,6 +47,8 @@ class Renderer : NotCopyable {
  private:
   RenderedCamera render_moving(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                std::uint64_t seed, bool references);
+  /// Gives a transport the series of the harmonics' field and the places that they are taken at.
+  void add_harmonics_field(const Twin& twin, std::size_t camera_index, Transport& transport);
   void choose_precision(const Twin& twin, const Sampling& sampling);
 
   std::unique_ptr<TraceDevice> device_;

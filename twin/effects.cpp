@@ -197,11 +197,20 @@ std::vector<Effect> make_effects() {
           [](Projector& p) { p.response = {}; },
           "[projector] response = { gamma = 2.2 } or { table = [...] }"),
       {"fringe harmonics", EffectStage::light, "fringes without light besides what is shown",
-       [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_harmonics(); },
+       [](const Twin& t) {
+         return t.projector && t.fringes.steps > 0 &&
+                std::ranges::any_of(t.fringes.directions, &DirectionFringes::has_own_harmonics);
+       },
        [](Twin& t) {
          for (DirectionFringes& d : t.fringes.directions) d.harmonics.clear();
        },
        "[fringes] harmonics = [[a2, b2], ...]"},
+      {"harmonics field", EffectStage::light, "the same harmonics all over the projector's image",
+       [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_harmonics_field(); },
+       [](Twin& t) {
+         for (DirectionFringes& d : t.fringes.directions) d.harmonics_field.clear();
+       },
+       "[fringes] harmonics_field = [[[a2, b2], ...], ...], one list per term"},
       {"fringe contrast", EffectStage::light, "fringes whose light swings as far as what is shown",
        [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_contrast(); },
        [](Twin& t) {

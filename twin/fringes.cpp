@@ -91,6 +91,28 @@ const Harmonics& DirectionFringes::harmonics_of(std::size_t pitch) const {
   return pitch < harmonics.size() ? harmonics[pitch] : none;
 }
 
+namespace {
+bool has_any(const std::vector<Harmonics>& lists) {
+  return std::ranges::any_of(lists, [](const Harmonics& list) {
+    return std::ranges::any_of(list, [](const Harmonic& h) { return h != Harmonic{}; });
+  });
+}
+}  // namespace
+
+bool DirectionFringes::has_own_harmonics() const { return has_any(harmonics); }
+bool DirectionFringes::has_harmonics_field() const { return has_any(harmonics_field); }
+
+Harmonics DirectionFringes::largest_harmonics_of(std::size_t pitch) const {
+  if (!has_harmonics_field()) return harmonics_of(pitch);
+  Harmonics out = harmonics_of(pitch);
+  for (Harmonic& h : out) h = {std::hypot(h.cosine, h.sine), 0.0};
+  for (const Harmonics& more : harmonics_field) {
+    out.resize(std::max(out.size(), more.size()));
+    for (std::size_t i = 0; i < more.size(); ++i) out[i].cosine += std::hypot(more[i].cosine, more[i].sine);
+  }
+  return out;
+}
+
 double DirectionFringes::contrast_of(std::size_t pitch) const {
   return pitch < contrast.size() ? contrast[pitch] : 1.0;
 }
@@ -109,11 +131,11 @@ double Fringes::largest_contrast() const {
 }
 
 bool Fringes::has_harmonics() const {
-  return std::ranges::any_of(directions, [](const DirectionFringes& d) {
-    return std::ranges::any_of(d.harmonics, [](const Harmonics& list) {
-      return std::ranges::any_of(list, [](const Harmonic& h) { return h != Harmonic{}; });
-    });
-  });
+  return has_harmonics_field() || std::ranges::any_of(directions, &DirectionFringes::has_own_harmonics);
+}
+
+bool Fringes::has_harmonics_field() const {
+  return std::ranges::any_of(directions, &DirectionFringes::has_harmonics_field);
 }
 
 int DirectionFringes::finest() const {

@@ -2,6 +2,7 @@
 // Describes the projected sequence, phase-shifted fringes and Gray code (docs/CONVENTIONS.md): the order of
 // its images and their ideal values.
 #pragma once
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -36,6 +37,9 @@ struct Harmonic {
 /// The orders 2, 3, ... of one pitch.
 using Harmonics = std::vector<Harmonic>;
 inline constexpr int kHighestHarmonic = 16;
+/// Terms by which harmonics vary over the projector's image: Legendre's P_i(u) P_j(v), (i, j) = (1, 0),
+/// (0, 1), (2, 0), (1, 1), (0, 2), u and v from -1 to 1 across the image.
+inline constexpr std::size_t kHarmonicsFieldTerms = 5;
 inline constexpr double kLargestContrast = 2.0;
 
 /// The shape of one period of the shown fringes.
@@ -59,8 +63,16 @@ struct DirectionFringes {
   std::optional<GrayCode> gray = {};      ///< pitch of the code = the (single) pitch
   std::vector<Harmonics> harmonics = {};  ///< one list per pitch; none: fringes have no harmonics
   std::vector<double> contrast = {};      ///< one per pitch; none: each has all of it
+  /// What the harmonics of every pitch have more away from the middle of the projector's image: a list per
+  /// term, in the order of kHarmonicsFieldTerms; missing ones are 0.
+  std::vector<Harmonics> harmonics_field = {};
   /// Returns the harmonics of a pitch, an empty list where there are none.
   const Harmonics& harmonics_of(std::size_t pitch) const;
+  bool has_own_harmonics() const;  ///< in the middle of the projector's image
+  bool has_harmonics_field() const;
+  /// Returns harmonics that are as large as those at any place, or larger; those of the pitch without a
+  /// field.
+  Harmonics largest_harmonics_of(std::size_t pitch) const;
   /// Returns what is left of the swing of a pitch's light about its mean, 1 unless stated.
   double contrast_of(std::size_t pitch) const;
   /// Returns the index of the smallest pitch.
@@ -89,8 +101,10 @@ struct Fringes {
   bool has_contrast() const;
   /// Returns the largest contrast of all pitches, and 1 at least.
   double largest_contrast() const;
-  /// Returns whether the light of any fringe has harmonics that are not shown.
+  /// Returns whether the light of any fringe has harmonics that are not shown, anywhere.
   bool has_harmonics() const;
+  /// Returns whether they vary over the projector's image.
+  bool has_harmonics_field() const;
   bool operator==(const Fringes&) const = default;
 };
 

@@ -133,6 +133,12 @@ class Loader {
 
 }  // namespace
 
+std::array<double, kHarmonicsFieldTerms> Projector::field_terms(const Eigen::Vector2d& q_px) const {
+  const double u = 2.0 * (q_px.x() + 0.5) / lens.width() - 1.0,
+               v = 2.0 * (q_px.y() + 0.5) / lens.height() - 1.0;
+  return {u, v, 1.5 * u * u - 0.5, u * v, 1.5 * v * v - 0.5};
+}
+
 double Projector::blur_variance_px2(const Eigen::Vector2d& q_px) const {
   const double u = (2.0 * q_px.x() + 1.0) / lens.width() - 1.0,
                v = (2.0 * q_px.y() + 1.0) / lens.height() - 1.0;

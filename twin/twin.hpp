@@ -192,6 +192,9 @@ struct Projector {
   bool has_light_field() const {
     return std::ranges::any_of(light_field, [](double c) { return c != 0.0; });
   }
+  /// Returns the terms of the fields (light_field, DirectionFringes::harmonics_field) up to the second order
+  /// at a place of the projector's image.
+  std::array<double, kHarmonicsFieldTerms> field_terms(const Eigen::Vector2d& q_px) const;
   double light_field_term(std::size_t k) const { return k < light_field.size() ? light_field[k] : 0.0; }
   /// Returns the variance of the blur at a place of the projector's image; 0 at least.
   double blur_variance_px2(const Eigen::Vector2d& q_px) const;

@@ -13,7 +13,7 @@
 #include "compare/causes/camera_curves.hpp"
 #include "compare/causes/parameters_geometry.hpp"
 #include "render/pattern/camera_effects.hpp"
-#include "twin/base/errors.hpp"
+#include "render/pattern/projector_places.hpp"
 #include "twin/lens/linear.hpp"
 
 namespace fringetwin::compare {
@@ -25,7 +25,6 @@ using Effect = std::function<void(const EffectInput&, std::vector<float>&)>;
 constexpr double kMostBlurPx = 10.0;  ///< its sums take 100 sigma^2 of the pixels around each
 constexpr double kMostField = 1.0;    ///< that a term of the light field moves by: e times the light
 constexpr int kRoomPoints = 9;        ///< per pixel, as residuals have
-constexpr int kPitchOverWidth = 4;    ///< the phase stays within a quarter of a period
 
 /// Calls f(pixel, its values in the order of the samples' images) for all pixels.
 template <class Function>
@@ -442,31 +441,12 @@ void find_room_light(render::Renderer& renderer, const Twin& twin, std::vector<G
 }
 
 void find_projector_places(render::Renderer& renderer, const Twin& twin, std::vector<GridSamples>& samples) {
-  FT_CHECK(twin.projector.has_value(), "a projector that lights the samples");
-  Twin view = twin;
-  view.projector =
-      Projector{.lens = twin.projector->lens, .T_proj_world = twin.projector->T_proj_world, .response = {}};
-  view.render.bounces = 0;
-  view.room = {};
-  for (Camera& camera : view.cameras)
-    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
-  const Vector2d pitch_px = kPitchOverWidth * size_px(twin.projector->lens);
-  view.fringes = {.directions = {{Axis::x, {pitch_px.x()}, {0.0}, {}}, {Axis::y, {pitch_px.y()}, {0.0}, {}}},
-                  .steps = 4,
-                  .unwrap = Unwrap::none,
-                  .images = {}};
+  const Twin view = render::showing_places(twin);
   for (GridSamples& s : samples) {
     const std::vector<ImageF> images = render_grid(renderer, view, s.camera, s.grid, 4);
     s.projector_px.clear();
-    for (const std::size_t cell : s.cell) {
-      const auto e = [&](int k) {
-        return static_cast<double>(images[static_cast<std::size_t>(k)].data[cell]);
-      };
-      Vector2d phase_rad;
-      for (int axis = 0; axis < 2; ++axis)
-        phase_rad[axis] = std::atan2(e(4 * axis + 3) - e(4 * axis + 1), e(4 * axis) - e(4 * axis + 2));
-      s.projector_px.push_back((phase_rad.cwiseProduct(pitch_px) / (2.0 * std::numbers::pi)).cast<float>());
-    }
+    for (const std::size_t cell : s.cell)
+      s.projector_px.push_back(render::place_in_projector_px(images, cell, *twin.projector).cast<float>());
   }
 }
 

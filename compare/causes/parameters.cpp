@@ -42,6 +42,17 @@ void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double chang
   }
 }
 
+/// Adds to what a harmonic has more per term of the field, of the fringes of every direction.
+void add_to_field(Twin& twin, std::size_t term, int order, double Harmonic::*part, double change) {
+  const auto i = static_cast<std::size_t>(order - 2);
+  for (DirectionFringes& d : twin.fringes.directions) {
+    d.harmonics_field.resize(kHarmonicsFieldTerms);
+    Harmonics& list = d.harmonics_field[term];
+    if (list.size() <= i) list.resize(i + 1);
+    list[i].*part += change;
+  }
+}
+
 constexpr double kMostLightInHalo = 0.9;  ///< in all of its parts
 constexpr double kMostHaloGrowth = 8.0;   ///< of a part's width in one refinement
 /// Widths that a halo begins with where the twin has none: beside the blur, and of light that lenses scatter.
@@ -82,6 +93,7 @@ class ParameterList : private GroupList {
   std::vector<Parameter> run() {
     if (group_ == "response") add_response();
     if (group_ == "harmonics") add_harmonics();
+    if (group_ == "harmonics_field") add_harmonics_field();
     if (group_ == "contrast") add_contrast();
     if (group_ == "blur") add_blur();
     if (group_ == "blur_field") add_blur_field();
@@ -121,6 +133,25 @@ class ParameterList : private GroupList {
         add(fmt::format("projector.harmonic.{}{}", k, name), "",
             harmonic_part(twin_.fringes.directions.front(), 0, k, part), 1e-3,
             [k, part = part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
+  }
+
+  /// What these have more away from the middle of the projector's image: of each order five terms.
+  void add_harmonics_field() {
+    const int most = std::min(kMostHarmonics, twin_.fringes.steps - 2);
+    if (!twin_.projector || twin_.fringes.steps < kStepsForHarmonics || twin_.render.bounces > 0 ||
+        twin_.projector->pixel_structure)
+      return;
+    const std::vector<Harmonics>& field = twin_.fringes.directions.front().harmonics_field;
+    for (std::size_t t = 0; t < kHarmonicsFieldTerms; ++t)
+      for (int k = 2; k <= most; ++k)
+        for (const auto& [name, part] :
+             {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}}) {
+          const auto i = static_cast<std::size_t>(k - 2);
+          const double start = t < field.size() && i < field[t].size() ? field[t][i].*part : 0.0;
+          const LegendreOrders& orders = kLightFieldTerms[t];
+          add(fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,
+              1e-3, [t, k, part = part](Twin& twin, double d) { add_to_field(twin, t, k, part, d); });
+        }
   }
 
   /// Of every pitch but the widest one of the first direction: what all pitches share is the gain's, and the
@@ -279,7 +310,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"lens", "radial distortion k1, k2 of every lens", "lens distortion"},
       {"response", "gamma of the projector", "the projector's response (gamma)"},
       {"harmonics", "harmonics 2 to 7 of the projected fringe, in phase and in quadrature (6 steps or more)",
-       "harmonics of the projected fringe"},
+       "harmonics of the projected fringe", "",
+       "harmonics_field besides, where they vary over the projector's image"},
       {"blur", "width of the projector's blur", "blur of the projected pattern"},
       {"halo", "light that the projector's lens spreads further than its blur: shares and widths",
        "the projector spreads a part of its light further than its blur (halo: tails of its point spread)"},
@@ -316,6 +348,9 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "put the width that the causes name into psf_px of the camera"},
       {"exposure", "exposure of each image of each camera", "the exposure differed from image to image", "",
        "hold the exposure, and trigger it by the projector", false},
+      {"harmonics_field",
+       "how the harmonics vary over the projector's image: five terms of each number, up to the second order",
+       "the form of the fringe differs over the projector's image (harmonics_field)", "", "", false},
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},

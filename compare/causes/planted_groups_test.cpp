@@ -9,6 +9,7 @@
 // | planted value         | 4 sigma        | 30 numbers, normal: one seed in 500                   |
 // | harmonics             | 3 sigma        | required; ten numbers, normal: one seed in 40         |
 // | their sigma           | 1e-3           | 0.3 DN of 200 DN, blur leaves order 6 a fifteenth     |
+// | field of harmonics    | 3 sigma        | required; seven numbers, normal: one seed in 53       |
 // | contrast              | 3 sigma        | required; two numbers, normal: one seed in 185        |
 // | its sigma             | 2e-3           | a tenth of the least that is planted, 0.02            |
 // | sigma                 | 0.1 planted    | 0.3 DN of 200: planted are 17 sigma and more          |
@@ -401,6 +402,43 @@ TEST(PlantedGroups, HarmonicsOfTheFringes) {
   ASSERT_EQ(found.size(), 5u);
   EXPECT_EQ(found[0].cosine, fit.known()[0].value);
   EXPECT_EQ(found[4].sine, fit.known()[9].value);
+}
+
+// Of two directions in the projector's image, beside harmonics that the twin lacks, too: the window is a
+// tenth of that image wide, so few terms are asked for.
+TEST(PlantedGroups, FieldOfTheHarmonics) {
+  Twin twin = window_on_the_sphere();
+  twin.fringes.steps = 8;
+  Twin truth = twin;
+  truth.fringes.directions[0].harmonics.assign(3, {{0.008, -0.011}, {-0.003, 0.009}});
+  truth.fringes.directions[0].harmonics_field = {{{0.05, 0.0}, {0.0, -0.06}}, {{0.0, 0.07}}};
+  const Images images = traced_by_reference(truth);
+  const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
+  std::vector<Parameter> parameters;
+  std::vector<double> planted;
+  const auto take = [&](const std::string& group, const std::string& name, double value) {
+    for (Parameter& p : parameters_of(twin, group))
+      if (p.name == name) parameters.push_back(std::move(p)), planted.push_back(value);
+  };
+  take("harmonics", "projector.harmonic.2", 0.008);
+  take("harmonics", "projector.harmonic.2.quadrature", -0.011);
+  take("harmonics", "projector.harmonic.3", -0.003);
+  take("harmonics", "projector.harmonic.3.quadrature", 0.009);
+  take("harmonics_field", "projector.harmonics_field.1_0.2", 0.05);
+  take("harmonics_field", "projector.harmonics_field.1_0.3.quadrature", -0.06);
+  take("harmonics_field", "projector.harmonics_field.0_1.2.quadrature", 0.07);
+  ASSERT_EQ(parameters.size(), 7u);
+  GroupFit fit(sensitivity, twin, parameters, {.exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const GroupFit::Known& known = fit.known()[k];
+    EXPECT_NEAR(known.value, planted[k], 3.0 * known.sigma) << parameters[k].name;
+    EXPECT_LT(known.sigma, 0.02) << parameters[k].name;
+  }
+  EXPECT_LT(fit.chi2(), 1.05);
+  EXPECT_EQ(fit.twin().fringes.directions[0].harmonics_field[0][0].cosine, fit.known()[4].value);
 }
 
 // Of two pitches, beside that of the widest, which is not asked for; a response bends the fringes.

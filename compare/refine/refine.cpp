@@ -40,7 +40,8 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
                          p.group == "motion" || p.group == "projector_field" || p.group == "blur_field" ||
-                         p.group == "camera_knee" || p.group == "halo" || !p.change;
+                         p.group == "camera_knee" || p.group == "halo" || p.group == "harmonics_field" ||
+                         !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }

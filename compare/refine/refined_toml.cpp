@@ -128,6 +128,12 @@ std::string harmonics_text(const DirectionFringes& direction) {
   return fmt::format("[{}]", fmt::join(lists, ", "));
 }
 
+std::string harmonics_field_text(const DirectionFringes& direction) {
+  std::vector<std::string> lists;
+  for (const Harmonics& term : direction.harmonics_field) lists.push_back(harmonics_text(term));
+  return fmt::format("[{}]", fmt::join(lists, ", "));
+}
+
 std::vector<double> contrasts(const DirectionFringes& direction) {
   std::vector<double> all;
   for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) all.push_back(direction.contrast_of(p));
@@ -140,6 +146,7 @@ void add_fringes(std::vector<TomlBlock>& blocks, const Fringes& before, const Fr
     const DirectionFringes &now = after.directions[d], &then = before.directions[d];
     ChangedKeys keys({.table = {"fringes", axis_name(now.axis)}});
     keys.key("harmonics", harmonics_text(then), harmonics_text(now));
+    keys.key("harmonics_field", harmonics_field_text(then), harmonics_field_text(now));
     keys.key("contrast", numbers(contrasts(then)), numbers(contrasts(now)));
     keys.append_to(blocks);
   }

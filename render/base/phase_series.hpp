@@ -38,5 +38,7 @@ struct PhaseSeries {
 /// Per [direction][pitch] the series of the light of a phase step before blur. An empty `a` says that each
 /// step is evaluated directly. Sinusoids behind a linear response have {mean, amplitude}.
 using SeriesTable = std::vector<std::vector<PhaseSeries>>;
+/// Per [direction][pitch][term] what the series have more where that term of a field is 1.
+using SeriesOfField = std::vector<std::vector<std::vector<PhaseSeries>>>;
 
 }  // namespace fringetwin::render

@@ -72,7 +72,7 @@ std::vector<double> shown_harmonics(const Twin& twin) {
 // shown fringes behind their blur.
 double harmonic_size(const Twin& twin, const std::vector<double>& shown, const DirectionFringes& direction,
                      std::size_t pitch, int order) {
-  const Harmonics& added = direction.harmonics_of(pitch);
+  const Harmonics added = direction.largest_harmonics_of(pitch);
   const auto i = static_cast<std::size_t>(order - 2);
   double size = i < added.size() ? std::hypot(added[i].cosine, added[i].sine) : 0.0;
   if (i < shown.size()) {

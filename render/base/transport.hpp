@@ -68,6 +68,10 @@ struct Transport : TraceRecord {
   /// [direction][pitch]: a_k, b_k of the form above before blur; empty where the steps are evaluated
   /// directly.
   SeriesTable series;
+  /// What the series have more at a place of the projector's image, per term of the harmonics' field, and the
+  /// value of each term at the place that lights a pixel; empty without a field.
+  SeriesOfField series_of_field;
+  std::vector<ImageF> field_terms;
   /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
   std::vector<ImageF> direct;
   int repeated_dispatches = 0;    ///< because the driver cut an invocation's loops short

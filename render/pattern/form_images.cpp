@@ -2,6 +2,7 @@
 #include "render/pattern/form_images.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
@@ -23,6 +24,7 @@ constexpr std::ptrdiff_t kFormedAtATime = 512;  // with their harmonics
 struct Term {
   const float *cosine, *sine;  ///< nullptr: formed
   float c, s;
+  std::vector<std::array<float, 2>> of_field = {};  ///< what c and s have more per term of a field
 };
 
 // What an image has of the projector's light and of the ambient light, over what all images have.
@@ -94,9 +96,15 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
       sine = transport.harmonics[d][p][h - 2].sine.data.data();
     }
     const double c = std::cos(static_cast<double>(h) * delta), s = std::sin(static_cast<double>(h) * delta);
-    const double even = light.projector * a[h], odd = light.projector * series.sine(h);
-    recipe.terms.push_back(
-        {cosine, sine, static_cast<float>(even * c + odd * s), static_cast<float>(even * s - odd * c)});
+    const auto turned = [&](const PhaseSeries& of) {
+      const double even = light.projector * of.a[h], odd = light.projector * of.sine(h);
+      return std::array{static_cast<float>(even * c + odd * s), static_cast<float>(even * s - odd * c)};
+    };
+    const auto [on_cosine, on_sine] = turned(series);
+    recipe.terms.push_back({cosine, sine, on_cosine, on_sine});
+    if (h == 1 || transport.series_of_field.empty()) continue;
+    for (const PhaseSeries& of_term : transport.series_of_field[d][p])
+      recipe.terms.back().of_field.push_back(turned(of_term));
   }
   return recipe;
 }
@@ -111,6 +119,18 @@ bool all_dark(const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t e
   return dark(transport.mean) && dark(transport.ambient);
 }
 
+// Adds what a harmonic has more at the places that light these pixels.
+void add_of_field(const Term& term, const Transport& transport, const float* cosine, const float* sine,
+                  std::ptrdiff_t first, std::ptrdiff_t end, float* out) {
+  for (std::size_t t = 0; t < term.of_field.size(); ++t) {
+    const auto [c, s] = term.of_field[t];
+    if (c == 0.0F && s == 0.0F) continue;
+    const float* size = transport.field_terms[t].data.data();
+    for (std::ptrdiff_t k = first; k < end; ++k)
+      out[k] += size[k] * (c * cosine[k - first] - s * sine[k - first]);
+  }
+}
+
 // Forms the pixels first ... end - 1 of one image. `formed`: the pairs of its pitch for these pixels, if any.
 void follow(const Recipe& recipe, const Transport& transport, std::span<const FormedPair> formed,
             std::ptrdiff_t first, std::ptrdiff_t end) {
@@ -120,16 +140,19 @@ void follow(const Recipe& recipe, const Transport& transport, std::span<const Fo
     for (std::ptrdiff_t k = first; k < end; ++k) out[k] = ambient[k] + recipe.direct[k];
     return;
   }
-  const Term one = recipe.terms.front();
+  const Term& one = recipe.terms.front();
   const float level = recipe.level;
   for (std::ptrdiff_t k = first; k < end; ++k)
     out[k] = ambient[k] + level * mean[k] + one.c * one.cosine[k] - one.s * one.sine[k];
   for (std::size_t h = 1; h < recipe.terms.size(); ++h) {
-    const Term term = recipe.terms[h];
-    if (formed.empty())
+    const Term& term = recipe.terms[h];
+    if (formed.empty()) {
       for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
-    else
+      add_of_field(term, transport, term.cosine + first, term.sine + first, first, end, out);
+    } else {
       add_formed(formed[h - 1], term.c, term.s, end - first, out + first);
+      add_of_field(term, transport, formed[h - 1].cosine, formed[h - 1].sine, first, end, out);
+    }
   }
 }
 

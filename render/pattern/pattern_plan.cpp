@@ -56,8 +56,8 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   slot.b[1] = kPeriodSamples;
   // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
   if (twin.projector->optics)
-    slot.b[2] = std::numbers::pi *
-                count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6, d.harmonics_of(p));
+    slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6,
+                                                   d.largest_harmonics_of(p));
   return slot;
 }
 
@@ -198,6 +198,10 @@ void refuse_combinations(const Twin& twin) {
   if (p.has_blur_field() && (p.pixel_structure || p.optics))
     refuse("a blur that varies over the projector's image cannot be combined with its pixels or its defocus",
            "leave out blur_field_px2");
+  if (twin.fringes.has_harmonics_field() && (p.pixel_structure || twin.render.bounces > 0))
+    refuse(
+        "harmonics that vary over the projector's image cannot be combined with its pixels or with bounces",
+        "leave out harmonics_field");
   if (p.blur_px > 0.0 && gaps && images)
     refuse("pattern images with gaps between the pixels cannot be blurred",
            "use blur_px = 0 or pixel_fill = 1");

@@ -75,10 +75,46 @@ void give_halo(const Projector& projector, double pitch_px, PhaseSeries* series)
 }  // namespace
 
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
-                         double relative_bound, int most, const Harmonics& added) {
-  const int harmonics = count_harmonics(projector, fringes, pitch_px, relative_bound, added);
+                         double relative_bound, int most, const Harmonics& added,
+                         const std::optional<Harmonics>& largest) {
+  const int harmonics =
+      count_harmonics(projector, fringes, pitch_px, relative_bound, largest.value_or(added));
   if (harmonics > most) return {};
   return fringe_series(projector.response, fringes, added, harmonics);
+}
+
+SeriesTable largest_series(const Twin& twin, const SeriesTable& series) {
+  SeriesTable out = series;
+  for (std::size_t d = 0; d < out.size(); ++d) {
+    const DirectionFringes& direction = twin.fringes.directions[d];
+    for (std::size_t p = 0; p < out[d].size(); ++p) {
+      if (out[d][p].a.empty()) continue;
+      out[d][p] = fringe_series(twin.projector->response, twin.fringes, direction.largest_harmonics_of(p),
+                                static_cast<int>(out[d][p].a.size()) - 1);
+      give_contrast(direction.contrast_of(p), &out[d][p]);
+      give_halo(*twin.projector, direction.pitches_px[p], &out[d][p]);
+    }
+  }
+  return out;
+}
+
+SeriesOfField field_series(const Twin& twin, const SeriesTable& series) {
+  SeriesOfField out;
+  for (std::size_t d = 0; d < series.size(); ++d) {
+    const DirectionFringes& direction = twin.fringes.directions[d];
+    out.emplace_back(series[d].size());
+    for (std::size_t p = 0; p < series[d].size(); ++p)
+      for (const Harmonics& term : direction.harmonics_field) {
+        PhaseSeries& of_term = out[d][p].emplace_back();
+        of_term.a.assign(series[d][p].a.size(), 0.0);
+        of_term.b = of_term.a;
+        for (std::size_t k = 2; k < std::min(of_term.a.size(), term.size() + 2); ++k)
+          of_term.a[k] = term[k - 2].cosine, of_term.b[k] = term[k - 2].sine;
+        give_contrast(direction.contrast_of(p), &of_term);
+        give_halo(*twin.projector, direction.pitches_px[p], &of_term);
+      }
+  }
+  return out;
 }
 
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -113,8 +149,8 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     carried.emplace_back(d.pitches_px.size());
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
-      carried.back()[p] =
-          short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs, d.harmonics_of(p));
+      carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs,
+                                       d.harmonics_of(p), d.largest_harmonics_of(p));
       give_contrast(d.contrast_of(p), &carried.back()[p]);
       give_halo(*twin.projector, d.pitches_px[p], &carried.back()[p]);
     }
@@ -124,10 +160,11 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
                            twin.fringes.steps > 0 && twin.fringes.waveform.kind == Waveform::Kind::sine;
   // The direct way of a defocused pattern is a quadrature for each step and sample; a blur that varies has
   // none.
-  const bool carry = pure || method == PatternMethod::harmonics ||
-                     (method == PatternMethod::automatic &&
-                      (added_alone || twin.projector->optics || twin.projector->has_blur_field() ||
-                       series_cost(twin, carried) < series_cost(twin, direct)));
+  const bool carry =
+      pure || method == PatternMethod::harmonics ||
+      (method == PatternMethod::automatic &&
+       (added_alone || twin.fringes.has_harmonics_field() || twin.projector->optics ||
+        twin.projector->has_blur_field() || series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;
 }
 

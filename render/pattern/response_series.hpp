@@ -17,9 +17,11 @@ inline constexpr int kMostPairs = 16;
 
 /// Returns the shortest series whose dropped harmonics, after the constant blur, sum up to at most
 /// `relative_bound` of the fundamental; empty when that takes more than `most` harmonics. With N steps a
-/// dropped amplitude b shifts the phase by at most b / |a_1| rad. `added`: the harmonics of the pitch.
+/// dropped amplitude b shifts the phase by at most b / |a_1| rad. `added`: the harmonics of the pitch;
+/// `largest`: as they are where they are largest, which count; none: the same all over.
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
-                         double relative_bound, int most, const Harmonics& added = {});
+                         double relative_bound, int most, const Harmonics& added = {},
+                         const std::optional<Harmonics>& largest = {});
 
 /// Returns the number of harmonics of that shortest series; 64 when the bound takes more.
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -31,5 +33,10 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
 /// by a tenth of phase_error_rad, the twin's own unless given.
 SeriesTable choose_series(const Twin& twin, PatternMethod method = PatternMethod::automatic,
                           std::optional<double> phase_error_rad = {});
+
+/// Returns series of the same lengths, as large as those at any place of the projector's image.
+SeriesTable largest_series(const Twin& twin, const SeriesTable& series);
+/// Returns what the series have more per term of the harmonics' field, of the same lengths.
+SeriesOfField field_series(const Twin& twin, const SeriesTable& series);
 
 }  // namespace fringetwin::render

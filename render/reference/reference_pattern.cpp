@@ -115,12 +115,14 @@ double ReferencePattern::frame_buffer(long pixel) const {
     const double levels = std::exp2(*projector_.quantise_bits) - 1.0;
     value = std::round(value * levels) / levels;
   }
-  return response(value) + (spec_.is_gray() ? 0.0 : harmonics(static_cast<double>(pixel), 0.0, 0.0));
+  return response(value) + (spec_.is_gray()
+                                ? 0.0
+                                : harmonics(fringes_.directions[spec_.direction].harmonics_of(spec_.pitch),
+                                            static_cast<double>(pixel), 0.0, 0.0));
 }
 
 // The added harmonics, each a wave of its own with the blur's and the disk's Fourier transforms.
-double ReferencePattern::harmonics(double x, double radius, double sigma) const {
-  const Harmonics& list = fringes_.directions[spec_.direction].harmonics_of(spec_.pitch);
+double ReferencePattern::harmonics(const Harmonics& list, double x, double radius, double sigma) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const double wave_px = pitch_px_ / static_cast<double>(i + 2);  // wavelength
@@ -225,30 +227,52 @@ double ReferencePattern::operator()(const Eigen::Vector2d& q_px, const Eigen::Ve
   return contrast_ == 1.0 ? light : contrast_ * light + (1.0 - contrast_) * mean_;
 }
 
+// The harmonics where the light lands at this place of the projector's image.
+Harmonics ReferencePattern::harmonics_at(const Eigen::Vector2d& q_px) const {
+  const DirectionFringes& d = fringes_.directions[spec_.direction];
+  Harmonics list = d.harmonics_of(spec_.pitch);
+  const double u = 2.0 * (q_px.x() + 0.5) / projector_.lens.width() - 1.0,
+               v = 2.0 * (q_px.y() + 0.5) / projector_.lens.height() - 1.0;
+  std::size_t term = 0;
+  for (unsigned order = 1; order <= 2; ++order)
+    for (unsigned j = 0; j <= order; ++j, ++term) {
+      if (term >= d.harmonics_field.size()) return list;
+      const double size = std::legendre(order - j, u) * std::legendre(j, v);
+      for (std::size_t i = 0; i < d.harmonics_field[term].size(); ++i) {
+        if (i >= list.size()) list.emplace_back();
+        list[i].cosine += size * d.harmonics_field[term][i].cosine;
+        list[i].sine += size * d.harmonics_field[term][i].sine;
+      }
+    }
+  return list;
+}
+
 // The light of a fringe that has all its contrast: that of each part of the point spread.
 double ReferencePattern::full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const {
   const double x = (axis_ == Axis::x ? q_px.x() : q_px.y()) - shift_px_;
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   const double sigma =
       projector_.has_blur_field() ? std::sqrt(projector_.blur_variance_px2(q_px)) : projector_.blur_px;
+  const Harmonics list = spec_.is_gray() ? Harmonics{} : harmonics_at(q_px);
   double light = 0.0, rest = 1.0;
   for (const Halo& part : projector_.halo) {
-    light += part.share * spread_light(x, radius, std::hypot(sigma, part.sigma_px), part.sigma_px);
+    light += part.share * spread_light(list, x, radius, std::hypot(sigma, part.sigma_px), part.sigma_px);
     rest -= part.share;
   }
-  return light + rest * spread_light(x, radius, sigma, 0.0);
+  return light + rest * spread_light(list, x, radius, sigma, 0.0);
 }
 
 // The light where a Gaussian of this sigma, which is wider than the blur by another of `further_px`, and a
 // disk spread it.
-double ReferencePattern::spread_light(double x, double radius, double sigma, double further_px) const {
+double ReferencePattern::spread_light(const Harmonics& list, double x, double radius, double sigma,
+                                      double further_px) const {
   if (projector_.pixel_structure) return sum_pieces(x, radius, 1.0, -0.5, sigma);
   if (!spec_.is_gray()) {
     const bool sine = fringes_.waveform.kind == Waveform::Kind::sine;
     return (!sine                         ? waveform(x, radius, sigma)
             : projector_.has_blur_field() ? convolve(x, sigma)
                                           : smooth(x, radius, further_px)) +
-           harmonics(x, radius, sigma);
+           harmonics(list, x, radius, sigma);
   }
   const DirectionFringes& d = fringes_.directions[spec_.direction];
   return sum_pieces(x, radius, 0.5 * pitch_px_,

@@ -30,9 +30,10 @@ class ReferencePattern {
  private:
   double response(double value) const;
   double frame_buffer(long pixel) const;
-  double harmonics(double x, double radius, double sigma) const;
+  Harmonics harmonics_at(const Eigen::Vector2d& q_px) const;
+  double harmonics(const Harmonics& list, double x, double radius, double sigma) const;
   double full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
-  double spread_light(double x, double radius, double sigma, double further_px) const;
+  double spread_light(const Harmonics& list, double x, double radius, double sigma, double further_px) const;
   double mean_over_a_period() const;
   double shown_at(double x) const;
   double sum_pieces(double x, double radius, double width, double start, double sigma) const;

@@ -439,6 +439,7 @@ Twin everything() {
   p.quantise_bits = 8;
   for (DirectionFringes& d : twin.fringes.directions) {
     d.harmonics.assign(3, {{0.01, 0.02}});
+    d.harmonics_field = {{{0.01, 0.0}}, {{0.0, 0.01}}};
     d.contrast = {1.0, 0.95, 0.9};
   }
   twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};

@@ -193,6 +193,94 @@ TEST(FringeHarmonics, AgreeWithTheReferenceThroughTheProjector) {
   }
 }
 
+/// Both parts of orders 2 to 4 differ all over the projector's image by as much as a real one's do.
+Twin with_field(Twin twin) {
+  for (DirectionFringes& d : twin.fringes.directions)
+    d.harmonics_field = {{{0.01, -0.005}, {0.0, 0.012}, {-0.02, 0.01}},
+                         {{-0.006, 0.0}, {0.01, 0.004}},
+                         {{0.004, 0.008}, {}, {0.0, 0.006}},
+                         {{0.005, 0.0}},
+                         {{0.0, -0.004}, {0.003, 0.0}}};
+  return twin;
+}
+
+TEST(HarmonicsField, OffChangesNoBit) {
+  REQUIRE_RENDERER();
+  const Twin twin = with_harmonics(window());
+  Twin zero = twin;
+  zero.fringes.directions[0].harmonics_field.assign(5, {{0.0, 0.0}});
+  expect_same_bits(twin, zero);
+}
+
+// On the axis and at the corners, beside harmonics and without, formed and summed up, through blur, halo,
+// response, a contrast of their own, defocus and a blur that varies.
+TEST(HarmonicsField, AgreesWithTheReference) {
+  REQUIRE_RENDERER();
+  for (const Axis axis : {Axis::x, Axis::y})
+    for (const Eigen::Vector3d& at_mm : {Eigen::Vector3d(0, 0, 290), {-60, -45, 290}, {60, 35, 290}}) {
+      Twin twin = with_field(with_axis(window(at_mm), axis));
+      const std::string where = fmt::format("field, {} at {}, {}", axis_name(axis), at_mm.x(), at_mm.y());
+      expect_agreement(twin, where, 50, 7);
+      twin = with_harmonics(std::move(twin));
+      twin.projector->blur_px = 1.2;
+      expect_agreement(twin, where + ", harmonics, blur", 50, 7);
+    }
+  const Twin corner = with_harmonics(with_field(window({-60, -45, 290})));
+  expect_agreement(with_contrast(corner, {1.0, 0.7, 0.9}), "field, contrast", 50, 7);
+  Twin twin = corner;
+  twin.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+  expect_agreement(twin, "field, gamma", 50, 7);
+  twin = corner;
+  twin.projector->optics = Optics{2.0, 16.0, 240.0};
+  expect_agreement(twin, "field, defocus", 100, 6);
+  twin = corner;
+  twin.projector->blur_px = 1.2;
+  twin.projector->blur_field_px2 = {0.3, 0.1, 0.2, 0.0, 0.1};
+  expect_agreement(twin, "field, blur field", 50, 7);
+  twin.projector->blur_field_px2 = {};
+  twin.projector->halo = {{.share = 0.2, .sigma_px = 5.0}};
+  expect_agreement(twin, "field, halo", 50, 7);
+}
+
+// Far from what they are in the middle: the field itself is what is compared.
+TEST(HarmonicsField, ChangesTheLightByItsPlace) {
+  REQUIRE_RENDERER();
+  Twin twin = window({60, 35, 290});
+  twin.fringes.directions[0].harmonics_field = {{{0.02, 0.0}}, {}, {}, {{0.0, 0.01}}, {}};
+  Twin without = twin;
+  without.fringes.directions[0].harmonics_field.clear();
+  const render::Sampling one_ray{Sampler::gauss, 1};
+  const auto with = shared_renderer()->render(twin, 0, one_ray),
+             plain = shared_renderer()->render(without, 0, one_ray);
+  const render::Reference reference(without);
+  const auto sequence = expand_sequence(twin.fringes);
+  for (int x = 4; x < 80; x += 9) {
+    const auto s = reference.sample(0, {static_cast<double>(x), 30.0});
+    ASSERT_TRUE(s.lit);
+    const Lens& lens = twin.projector->lens;
+    const double u = 2.0 * (s.projector_px.x() + 0.5) / lens.width() - 1.0,
+                 v = 2.0 * (s.projector_px.y() + 0.5) / lens.height() - 1.0;
+    for (std::size_t i = 0; i < sequence.size(); ++i) {
+      const double t = 2.0 * pi *
+                       (s.projector_px.x() / twin.fringes.directions[0].pitches_px[sequence[i].pitch] +
+                        sequence[i].step / 12.0);
+      const double added = 0.02 * u * std::cos(2 * t) + 0.01 * u * v * std::sin(2 * t),
+                   more = with.irradiance[i](x, 30) - plain.irradiance[i](x, 30);
+      EXPECT_NEAR(more, s.weight * added, 1e-5 * s.weight);
+    }
+  }
+}
+
+TEST(HarmonicsField, IsRefusedWhereThePlaceDoesNotTellTheLight) {
+  REQUIRE_RENDERER();
+  Twin bounces = with_field(window());
+  bounces.render.bounces = 1;
+  EXPECT_THROW(render_fixed(bounces), UserError);
+  Twin pixels = with_field(window());
+  pixels.projector->pixel_structure = true;
+  EXPECT_THROW(render_fixed(pixels), UserError);
+}
+
 TEST(FringeHarmonics, ArePitchesOwn) {
   REQUIRE_RENDERER();
   const Twin without = window();

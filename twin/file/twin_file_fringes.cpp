@@ -81,6 +81,33 @@ std::vector<Harmonics> read_harmonics(const TomlTable& table, std::size_t n_pitc
   return harmonics;
 }
 
+/// One list of pairs per term of the field, of the first order or up to the second.
+std::vector<Harmonics> read_harmonics_field(const TomlTable& table) {
+  static const std::string key = "harmonics_field";
+  const auto lists = table.lists_of_rows(key, 2, NumberRange::between(-1.0, 1.0));
+  if (!lists) return {};
+  if (lists->size() != 2 && lists->size() != kHarmonicsFieldTerms)
+    table.fail(
+        key, fmt::format("has {} lists of pairs", lists->size()),
+        fmt::format("give 2 or {}: all terms of the first order, or up to the second", kHarmonicsFieldTerms));
+  std::vector<Harmonics> field;
+  double sum = 0.0;
+  for (const auto& rows : *lists) {
+    if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
+      table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(),
+                                  kHighestHarmonic, kHighestHarmonic - 1));
+    Harmonics& list = field.emplace_back();
+    for (const std::vector<double>& row : rows) {
+      list.push_back({row[0], row[1]});
+      sum += std::hypot(row[0], row[1]);
+    }
+  }
+  if (sum > 1.0)
+    table.fail(key, fmt::format("add up to {:.3g} of the full scale, at most 1", sum),
+               "amplitudes are fractions of the full scale, as mean and amplitude are");
+  return field;
+}
+
 /// A number for all pitches, or one per pitch; none where each is 1.
 std::vector<double> read_contrast(const TomlTable& table, std::size_t n_pitches) {
   static const std::string key = "contrast";
@@ -134,7 +161,7 @@ Waveform read_waveform(const TomlTable& table) {
 DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   const std::string key = axis_name(axis);
   const std::optional<TomlTable> own = table.table(key);
-  if (own) own->allow({"pitches_px", "phase_origin_px", "harmonics", "contrast", "gray"});
+  if (own) own->allow({"pitches_px", "phase_origin_px", "harmonics", "harmonics_field", "contrast", "gray"});
   const auto source = [&](const std::string& name) -> const TomlTable& {
     return own && own->has(name) ? *own : table;
   };
@@ -145,6 +172,7 @@ DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   direction.pitches_px = read_pitches(source("pitches_px"));
   direction.phase_origin_px = read_phase_origin(source("phase_origin_px"), direction.pitches_px.size());
   direction.harmonics = read_harmonics(source("harmonics"), direction.pitches_px.size());
+  direction.harmonics_field = read_harmonics_field(source("harmonics_field"));
   direction.contrast = read_contrast(source("contrast"), direction.pitches_px.size());
   if (const auto gray = table.table("gray")) direction.gray = read_gray(*gray, {}, false);
   if (own)
@@ -216,7 +244,7 @@ Fringes read_fringes(const TomlTable& root) {
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
   table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px",
-               "waveform", "harmonics", "contrast", "gray", "images", "x", "y"});
+               "waveform", "harmonics", "harmonics_field", "contrast", "gray", "images", "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)

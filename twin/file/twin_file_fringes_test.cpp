@@ -37,6 +37,31 @@ TEST_F(TwinFileFringes, HarmonicsOfTheFringes) {
     EXPECT_EQ(each.directions[1].harmonics_of(pitch), (Harmonics{{0.1, 0.2}, {0.3, 0.4}}));
 }
 
+// A list of pairs per term, of one order of the projector's image or of two.
+TEST_F(TwinFileFringes, FieldOfTheHarmonics) {
+  const std::string head = kHead + kCamera +
+                           "[fringes]\ndirections = [\"x\", \"y\"]\npitches_px = [64, 16]\nsteps = 8\n"
+                           "unwrap = \"hierarchical\"\n";
+  const Fringes plain = load(head + "harmonics = [[0.03, 0.04]]\n").fringes;
+  EXPECT_FALSE(plain.has_harmonics_field());
+  EXPECT_EQ(plain.directions[0].largest_harmonics_of(0), (Harmonics{{0.03, 0.04}}));
+  const Fringes field =
+      load(head + "harmonics = [[0.03, 0.04]]\nharmonics_field = [[[0, -0.01], [0.02, 0]], [[0.03, 0]]]\n")
+          .fringes;
+  EXPECT_TRUE(field.has_harmonics_field());
+  for (const DirectionFringes& d : field.directions) {
+    EXPECT_EQ(d.harmonics_field, (std::vector<Harmonics>{{{0.0, -0.01}, {0.02, 0.0}}, {{0.03, 0.0}}}));
+    const Harmonics largest = d.largest_harmonics_of(1);
+    ASSERT_EQ(largest.size(), 2u);
+    EXPECT_NEAR(largest[0].cosine, 0.05 + 0.01 + 0.03, 1e-15);
+    EXPECT_NEAR(largest[1].cosine, 0.02, 1e-15);
+  }
+  EXPECT_TRUE(load(head + "harmonics_field = [[[0.1, 0]], []]\n").fringes.has_harmonics());
+  EXPECT_FALSE(load(head + "harmonics_field = [[[0, 0]], []]\n").fringes.has_harmonics());
+  for (const char* bad : {"[[0.1, 0]]", "[[[0.1, 0]], [], []]", "[[[0.1]], []]", "[[[0.9, 0]], [[0.2, 0]]]"})
+    EXPECT_THROW(load(head + "harmonics_field = " + bad + "\n"), UserError) << bad;
+}
+
 // A contrast for all pitches, for each, and of one direction alone; out of range, or not one per pitch.
 TEST_F(TwinFileFringes, ContrastOfTheFringes) {
   const std::string head = kHead + kCamera +
