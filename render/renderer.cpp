@@ -70,8 +70,9 @@ bool trace_adaptively_if_possible(TraceDevice& device, const TraceJob& job,
 
 // Throws where phase steps would be evaluated directly, which know no field of harmonics.
 void refuse_direct_steps(const Twin& twin, const SeriesTable& series) {
-  for (const std::vector<PhaseSeries>& direction : series)
-    if (std::ranges::any_of(direction, [](const PhaseSeries& s) { return s.a.empty(); }))
+  for (std::size_t d = 0; d < series.size(); ++d)
+    if (twin.fringes.directions[d].has_harmonics_field() &&
+        std::ranges::any_of(series[d], [](const PhaseSeries& s) { return s.a.empty(); }))
       throw UserError(
           ExitCode::usage, twin.file.string(),
           fmt::format("harmonics that vary over the projector's image cannot be rendered here: the "
@@ -118,13 +119,13 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
   const SeriesTable series = choose_series(twin, tuning_.pattern_method, sampling.phase_error_rad);
   const bool has_field = twin.fringes.has_harmonics_field() && twin.fringes.steps > 0;
-  if (has_field) refuse_direct_steps(twin, series);
   const SeriesTable largest = has_field ? largest_series(twin, series) : series;
   HarmonicsPlan harmonics;
   if (sampling.sampler == Sampler::adaptive && scene.maps.empty())
     harmonics = plan_harmonics(twin, camera, largest, sampling.phase_error_rad, projector.cx, projector.cy);
   const std::vector<PassPlan> passes =
       plan_passes(twin, harmonics.formed() ? fundamentals_of(largest) : largest, projector.cx, projector.cy);
+  if (has_field) refuse_direct_steps(twin, series);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&
@@ -159,7 +160,7 @@ void Renderer::add_harmonics_field(const Twin& twin, std::size_t camera_index, T
                                ImageF(transport.mean.width, transport.mean.height, 0.0F));
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < transport.mean.size(); ++i) {
-    if (!(transport.mean.data[i] > 0.0F)) continue;
+    if (!(images[0].data[i] + images[2].data[i] > 0.0F)) continue;  // half a turn apart: no light, no place
     const auto terms = twin.projector->field_terms(place_in_projector_px(images, i, *twin.projector));
     for (std::size_t t = 0; t < terms.size(); ++t)
       transport.field_terms[t].data[i] = static_cast<float>(terms[t]);

@@ -102,15 +102,13 @@ bool has_any(const std::vector<Harmonics>& lists) {
 bool DirectionFringes::has_own_harmonics() const { return has_any(harmonics); }
 bool DirectionFringes::has_harmonics_field() const { return has_any(harmonics_field); }
 
-Harmonics DirectionFringes::largest_harmonics_of(std::size_t pitch) const {
-  if (!has_harmonics_field()) return harmonics_of(pitch);
-  Harmonics out = harmonics_of(pitch);
-  for (Harmonic& h : out) h = {std::hypot(h.cosine, h.sine), 0.0};
+std::vector<double> DirectionFringes::harmonics_field_sizes() const {
+  std::vector<double> sizes;  // no term is beyond -1 ... 1
   for (const Harmonics& more : harmonics_field) {
-    out.resize(std::max(out.size(), more.size()));
-    for (std::size_t i = 0; i < more.size(); ++i) out[i].cosine += std::hypot(more[i].cosine, more[i].sine);
+    sizes.resize(std::max(sizes.size(), more.size()));
+    for (std::size_t i = 0; i < more.size(); ++i) sizes[i] += std::hypot(more[i].cosine, more[i].sine);
   }
-  return out;
+  return sizes;
 }
 
 double DirectionFringes::contrast_of(std::size_t pitch) const {

@@ -70,9 +70,8 @@ struct DirectionFringes {
   const Harmonics& harmonics_of(std::size_t pitch) const;
   bool has_own_harmonics() const;  ///< in the middle of the projector's image
   bool has_harmonics_field() const;
-  /// Returns harmonics that are as large as those at any place, or larger; those of the pitch without a
-  /// field.
-  Harmonics largest_harmonics_of(std::size_t pitch) const;
+  /// Returns by how much the harmonics of the orders 2, 3 ... may be larger at some place, at most.
+  std::vector<double> harmonics_field_sizes() const;
   /// Returns what is left of the swing of a pitch's light about its mean, 1 unless stated.
   double contrast_of(std::size_t pitch) const;
   /// Returns the index of the smallest pitch.

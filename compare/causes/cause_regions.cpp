@@ -125,7 +125,7 @@ std::vector<Square> squares_of(const GridSamples& s, const std::vector<float>& i
     for (Eigen::Index k = 0; k < size; ++k) {
       const std::size_t i = pixel * n + static_cast<std::size_t>(k);
       const auto w = static_cast<double>(s.weight[i]), e = static_cast<double>(irradiance[i]);
-      p.irradiance[k] = e;
+      p.irradiance[k] = s.light_of(static_cast<std::size_t>(k)) * e;  // what a pixel's own factor acts on
       p.used[k] = w > 0.0 ? 1.0 : 0.0;
       p.variance[k] = w > 0.0 ? 1.0 / (w * w) - s.scatter_of(static_cast<std::size_t>(k)) : 0.0;
       p.residual[k] = Sensitivity::residual(s, irradiance, i);

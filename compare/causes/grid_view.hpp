@@ -48,7 +48,8 @@ struct GridSamples {
   std::vector<std::size_t> lit_apart = {};
   std::vector<double> light = {};  ///< that factor of each of `images`, 1 of the others; empty: all 1
   /// Returns the gray values over black that an irradiance of 1 makes in the k-th of `images`.
-  double gain_of(std::size_t k) const { return light.empty() ? gain_dn : gain_dn * light[k]; }
+  double gain_of(std::size_t k) const { return gain_dn * light_of(k); }
+  double light_of(std::size_t k) const { return light.empty() ? 1.0 : light[k]; }
   double rendering_dn = 0.0;    ///< rms rendering error, part of the weights
   Eigen::MatrixXd scatter_dn2;  ///< of RenderingError, of these images; part of the weights
   double known_to = 0.05;       ///< relative standard uncertainty of the noise's variance, of single values

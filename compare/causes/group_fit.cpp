@@ -60,9 +60,12 @@ GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Param
   for (std::size_t k = 0; k < parameters_.size(); ++k)
     (is_geometric(parameters_[k].group) && !options_.free ? geometry : others).at.push_back(k);
   if (options_.free) others.free = *options_.free;
-  // where every pixel has its own brightness and offset anyway, both kinds are told from the same: together,
-  // for one after the other creeps where an image's light and its fringes' place are nearly the same
-  if (free_of(others) == free_of(geometry) && !geometry.at.empty() && !others.at.empty()) {
+  // Where every pixel has its own brightness and offset anyway, both kinds are told from the same. Together
+  // with shifts of the images, for one after the other creeps: an image's light and its fringes' place are
+  // nearly the same.
+  const bool are_shifts = std::ranges::all_of(
+      geometry.at, [this](std::size_t k) { return parameters_[k].group == "image_shift"; });
+  if (free_of(others) == free_of(geometry) && are_shifts && !geometry.at.empty() && !others.at.empty()) {
     std::ranges::copy(others.at, std::back_inserter(geometry.at));
     std::ranges::sort(geometry.at);
     others.at.clear();

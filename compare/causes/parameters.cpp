@@ -149,8 +149,10 @@ class ParameterList : private GroupList {
           const auto i = static_cast<std::size_t>(k - 2);
           const double start = t < field.size() && i < field[t].size() ? field[t][i].*part : 0.0;
           const LegendreOrders& orders = kLightFieldTerms[t];
-          add(fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,
+          Parameter& p = add(
+              fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,
               1e-3, [t, k, part = part](Twin& twin, double d) { add_to_field(twin, t, k, part, d); });
+          p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
         }
   }
 
@@ -278,7 +280,7 @@ class ParameterList : private GroupList {
     const bool alone =
         twin_.objects.size() == 1 &&
         !std::visit([]<class S>(const S&) { return S::kLightsItself; }, twin_.objects[0].shape);
-    if (!twin_.projector || alone || twin_.objects.empty()) return;
+    if (!twin_.projector || alone || twin_.objects.empty() || twin_.fringes.has_harmonics_field()) return;
     Parameter& p = add("bounces", "", twin_.render.bounces, 1.0,
                        [](Twin& t, double d) { t.render.bounces += static_cast<int>(std::lround(d)); });
     p.is_switch = true;

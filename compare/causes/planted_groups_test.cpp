@@ -9,6 +9,7 @@
 // | planted value         | 4 sigma        | 30 numbers, normal: one seed in 500                   |
 // | harmonics             | 3 sigma        | required; ten numbers, normal: one seed in 40         |
 // | their sigma           | 1e-3           | 0.3 DN of 200 DN, blur leaves order 6 a fifteenth     |
+// | light and shifts      | 3.5 sigma      | required; 47 numbers, normal: one seed in 45          |
 // | field of harmonics    | 3 sigma        | required; seven numbers, normal: one seed in 53       |
 // | contrast              | 3 sigma        | required; two numbers, normal: one seed in 185        |
 // | its sigma             | 2e-3           | a tenth of the least that is planted, 0.02            |
@@ -402,6 +403,41 @@ TEST(PlantedGroups, HarmonicsOfTheFringes) {
   ASSERT_EQ(found.size(), 5u);
   EXPECT_EQ(found[0].cosine, fit.known()[0].value);
   EXPECT_EQ(found[4].sine, fit.known()[9].value);
+}
+
+// Light and shifts of the images with a brightness and an offset of each pixel's own, which leave the two
+// nearly the same: fitted in turn they crept.
+TEST(PlantedGroups, LightAndShiftsOfPixelsOfTheirOwn) {
+  Twin twin = window_on_the_sphere();
+  twin.fringes.steps = 8;
+  twin.projector->ambient = 1.0;
+  Twin truth = twin;
+  for (int k = 0; k < 24; ++k) {
+    truth.projector->light_factors.push_back(1.0 + 0.02 * std::sin(2.0 * k));
+    truth.projector->image_shifts_px.push_back(k % 8 == 3 ? 0.15 : k % 8 == 6 ? -0.1 : 0.0);
+  }
+  const Images images = traced_by_reference(truth);
+  const std::vector<CameraImages> frames = frames_of(rendered(twin));
+  std::vector<GridSamples> samples = samples_of(
+      images, [](double e, std::size_t, int, int x, int y) { return (0.7 + 0.01 * ((x + y) % 40)) * e; },
+      frames);
+  Sensitivity sensitivity(renderer(), std::move(samples));
+  sensitivity.free_in_all(FreePerPixel::factor_and_offset);
+  std::vector<Parameter> parameters = parameters_of(twin, "image_shift");
+  const std::size_t n_shifts = parameters.size();
+  for (Parameter& light : parameters_of(twin, "light")) parameters.push_back(std::move(light));
+  GroupFit fit(sensitivity, twin, parameters, {.hold_gain = true, .exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_LE(fit.steps(), 8);
+  EXPECT_LT(fit.chi2(), 1.05);
+  double mean = 0.0;
+  for (const double factor : truth.projector->light_factors) mean += std::log(factor) / 24.0;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const double value = k < n_shifts ? truth.projector->image_shifts_px[k]
+                                      : std::log(truth.projector->light_factors[k - n_shifts + 1]) - mean;
+    EXPECT_NEAR(fit.known()[k].value, value, 3.5 * fit.known()[k].sigma) << parameters[k].name;
+  }
 }
 
 // Of two directions in the projector's image, beside harmonics that the twin lacks, too: the window is a

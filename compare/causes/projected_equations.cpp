@@ -126,9 +126,10 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
     const std::size_t i = first + static_cast<std::size_t>(j);
     weight[j] = static_cast<double>(s.weight[i]);
     used += s.weight[i] > 0.0F ? 1u : 0u;
-    weighted_e[j] = weight[j] * static_cast<double>(base[camera][i]) *
-                    (s.light.empty() ? 1.0 : s.light[static_cast<std::size_t>(j)]);
-    weighted_offset[j] = weight[j] * exposure_of(camera, static_cast<std::size_t>(j));
+    weighted_e[j] =
+        weight[j] * static_cast<double>(base[camera][i]) * s.light_of(static_cast<std::size_t>(j));
+    weighted_offset[j] = weight[j] * exposure_of(camera, static_cast<std::size_t>(j)) *
+                         s.light_of(static_cast<std::size_t>(j));  // exposed by itself: all light
     value[j] = weight[j] > 0.0 ? weight[j] * residual(s, base[camera], i) : 0.0;
   }
   OwnDirections own(weighted_offset, weighted_e, free);

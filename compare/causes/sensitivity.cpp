@@ -447,18 +447,22 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   Values out, other;
   double step = parameter.is_switch ? (values[at] > 0.5 ? -1.0 : 1.0) : longer * found;
   try {
+    bool is_all_room = false;
     for (int attempt = 0;; ++attempt) {
       if (!inside(values[at] + step)) step = -step;
       if (!inside(values[at] + step)) {  // as far as there is room
         const double up = parameter.largest - values[at], down = values[at] - parameter.smallest;
         step = up >= down ? up : -down;
         if (!(std::max(up, down) > 0.0)) return nothing;
+        is_all_room = true;
       }
       out = images_at(values[at] + step);
       if (parameter.is_switch) break;
       const double change = relative_change(base, out, parameter.camera);
       if (change > wanted / 5.0 && change < wanted * 5.0) break;
-      if (attempt == kMostAttempts || (change < kNoChange && std::abs(step) >= longest)) {
+      const bool cannot_grow = std::abs(step) >= longest || is_all_room;
+      if (attempt == kMostAttempts || (change < kNoChange && cannot_grow) ||
+          (change < wanted && is_all_room)) {
         if (change < kNoChange) return nothing;
         break;  // out belongs to this step, whatever its size
       }

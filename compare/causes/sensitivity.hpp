@@ -232,7 +232,7 @@ class Sensitivity {
     std::vector<bool> exposes = {};             ///< of these
     const float* of_gain = nullptr;             ///< the irradiance; null: the gain is none of them
     bool has_black = false;
-    const float* of_lights = nullptr;   ///< the irradiance; null: no image is lit apart
+    const float* of_lights = nullptr;   ///< the irradiance; null: those of images lit apart are no unknowns
     std::vector<Eigen::Index> at = {};  ///< place of each in the equations
   };
   Unknowns unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,

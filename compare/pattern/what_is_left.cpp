@@ -36,7 +36,7 @@ void take_own_out(const GridSamples& s, const float* irradiance, std::size_t fir
                   std::vector<LeftValue>& pixel) {
   std::vector<double> light, weight;
   for (std::size_t k = 0; k < pixel.size(); ++k) {
-    light.push_back(static_cast<double>(s.weight[first + k] * irradiance[k]));
+    light.push_back(s.light_of(k) * static_cast<double>(s.weight[first + k] * irradiance[k]));
     weight.push_back(static_cast<double>(s.weight[first + k]));
   }
   const auto product = [](const auto& a, const auto& b) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "compare/causes/closed_columns.hpp"
 #include "compare/causes/parameters.hpp"
@@ -52,9 +53,14 @@ bool asks_for_halo(const std::vector<std::string>& asked) {
       asked, [](const std::string& a) { return a == "halo" || a.starts_with("projector.halo"); });
 }
 
-bool is_of_field(const Parameter& p) { return p.group == "projector_field"; }
-/// Returns the order of a term of the light field by its name, "projector.light_field.3_1".
-int order_of_term(const std::string& name) { return name[name.size() - 3] - '0' + name.back() - '0'; }
+bool needs_places(const Parameter& p) { return p.group == "projector_field"; }
+bool is_of_field(const Parameter& p) { return needs_places(p) || p.group == "harmonics_field"; }
+/// Returns the order of a term of a field by its name: "projector.light_field.3_1",
+/// "projector.harmonics_field.1_0.5.quadrature".
+int order_of_term(const std::string& name) {
+  const std::size_t between = name.rfind('_');
+  return name[between - 1] - '0' + name[between + 1] - '0';
+}
 
 /// Returns the parameters asked for, in the order of the groups. Throws for a name that means nothing here.
 std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked,
@@ -161,7 +167,10 @@ class Refiner {
     }
     // both with the scale of the start, or the robust sums would not compare
     sensitivity_.set_scale(scale);
+    std::vector<std::string> lights;
+    for (const GridSamples& s : sensitivity_.samples()) add_light_of_code(s, lights);
     keep_what_is_better(start, fit, as_written, out);
+    if (!out.report.taken_back) std::ranges::move(lights, std::back_inserter(out.report.notes));
     return out;
   }
 
@@ -197,7 +206,7 @@ class Refiner {
           ExitCode::input, "--refine",
           "no camera has gray values to refine by" + (reasons.empty() ? "" : " (" + reasons + ")"),
           "compare without --refine first and look at the report");
-    if (std::ranges::any_of(chosen_parameters(twin_, asked), is_of_field))
+    if (std::ranges::any_of(chosen_parameters(twin_, asked), needs_places))
       find_projector_places(*options.renderer, twin_, samples);
     find_room_light(*options.renderer, twin_, samples);
     return samples;
@@ -249,7 +258,7 @@ class Refiner {
                       "refine fewer of them at a time");
   }
 
-  /// Holds the highest orders of the light field while the images cannot tell all apart: what is seen of the
+  /// Holds the highest orders of a field while the images cannot tell all apart: what is seen of the
   /// projector's image may be too little for them.
   void lower_the_field(GroupFit& fit) const {
     for (int order = 4; order > 1; --order) {
@@ -341,7 +350,6 @@ class Refiner {
                               p.shown_sigma(values[k], fit.known()[k].sigma)});
     }
     note_correlations(fit, told);
-    for (const GridSamples& s : sensitivity_.samples()) note_light_of_code(s);
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
       keep_sensor(c, fit.sensor_sigma(c), out.twin);
@@ -354,14 +362,14 @@ class Refiner {
   }
 
   /// Says which image of a code has the most other light, which no key was asked to hold.
-  void note_light_of_code(const GridSamples& s) {
-    const auto off = [&](std::size_t k) { return std::abs(s.light[k] - 1.0); };
+  void add_light_of_code(const GridSamples& s, std::vector<std::string>& notes) const {
+    const auto off = [&](std::size_t k) { return std::abs(s.light_of(k) - 1.0); };
     const auto most = std::ranges::max_element(s.lit_apart, {}, off);
     if (most == s.lit_apart.end() || !(off(*most) > kLeastOtherLight)) return;
-    report_.notes.push_back(fmt::format(
+    notes.push_back(fmt::format(
         "{}: the images of the code have light of their own, image {} most of all: {:+.2f} % (fitted beside "
         "what was asked for, and not kept)",
-        twin_.cameras[s.camera].name, s.images[*most], 100.0 * (s.light[*most] - 1.0)));
+        twin_.cameras[s.camera].name, s.images[*most], 100.0 * (s.light_of(*most) - 1.0)));
   }
 
   void note_texture(Twin& twin) {

@@ -173,6 +173,12 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
   twin.projector->blur_px = 1.0;  // then it may vary, and that only by its own name
   for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "blur_field");
   EXPECT_EQ(refinable_parameters(twin, {"blur_field"}).size(), 5u);
+  twin.fringes.steps = 6;  // orders 2 to 4, both parts, five terms each, by their own name alone
+  for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "harmonics_field");
+  EXPECT_EQ(refinable_parameters(twin, {"harmonics_field"}).size(), 30u);
+  EXPECT_EQ(refinable_parameters(twin, {"projector.harmonics_field.1_0"}).size(), 6u);
+  twin.render.bounces = 1;
+  EXPECT_THAT(message("harmonics_field"), HasSubstr("has no such parameter"));
 }
 
 TEST(Refine, ExposuresAreWrittenAsTheyAreRead) {
@@ -337,6 +343,9 @@ TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
   after.fringes.directions[0].contrast = {1.0, 0.9375};
   EXPECT_THAT(refined_toml({}, before, after),
               ::testing::HasSubstr("[0, 0.25]], []]\ncontrast = [1, 0.9375]\n"));
+  after.fringes.directions[0].harmonics_field = {{{0.125, 0.0}, {0.0, -0.25}}, {{0.0, 0.5}}, {}, {}, {}};
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("harmonics_field = [[[0.125, 0], [0, -0.25]], [[0, 0.5]], [], [], []]\n"));
 }
 
 }  // namespace

@@ -72,9 +72,11 @@ std::vector<double> shown_harmonics(const Twin& twin) {
 // shown fringes behind their blur.
 double harmonic_size(const Twin& twin, const std::vector<double>& shown, const DirectionFringes& direction,
                      std::size_t pitch, int order) {
-  const Harmonics added = direction.largest_harmonics_of(pitch);
+  const Harmonics& added = direction.harmonics_of(pitch);
+  const std::vector<double> more = direction.harmonics_field_sizes();
   const auto i = static_cast<std::size_t>(order - 2);
   double size = i < added.size() ? std::hypot(added[i].cosine, added[i].sine) : 0.0;
+  if (i < more.size()) size += more[i];
   if (i < shown.size()) {
     const double u = 0.5 * kTwoPi * order * twin.projector->least_blur_px() / direction.pitches_px[pitch];
     size += shown[i] * std::exp(-2.0 * u * u);

@@ -57,7 +57,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
   if (twin.projector->optics)
     slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6,
-                                                   d.largest_harmonics_of(p));
+                                                   d.harmonics_of(p), d.harmonics_field_sizes());
   return slot;
 }
 

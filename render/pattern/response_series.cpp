@@ -76,9 +76,8 @@ void give_halo(const Projector& projector, double pitch_px, PhaseSeries* series)
 
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
                          double relative_bound, int most, const Harmonics& added,
-                         const std::optional<Harmonics>& largest) {
-  const int harmonics =
-      count_harmonics(projector, fringes, pitch_px, relative_bound, largest.value_or(added));
+                         const std::vector<double>& more) {
+  const int harmonics = count_harmonics(projector, fringes, pitch_px, relative_bound, added, more);
   if (harmonics > most) return {};
   return fringe_series(projector.response, fringes, added, harmonics);
 }
@@ -87,12 +86,18 @@ SeriesTable largest_series(const Twin& twin, const SeriesTable& series) {
   SeriesTable out = series;
   for (std::size_t d = 0; d < out.size(); ++d) {
     const DirectionFringes& direction = twin.fringes.directions[d];
+    const std::vector<double> more = direction.harmonics_field_sizes();
     for (std::size_t p = 0; p < out[d].size(); ++p) {
-      if (out[d][p].a.empty()) continue;
-      out[d][p] = fringe_series(twin.projector->response, twin.fringes, direction.largest_harmonics_of(p),
-                                static_cast<int>(out[d][p].a.size()) - 1);
-      give_contrast(direction.contrast_of(p), &out[d][p]);
-      give_halo(*twin.projector, direction.pitches_px[p], &out[d][p]);
+      PhaseSeries added;
+      added.a.assign(out[d][p].a.size(), 0.0);
+      for (std::size_t k = 2; k < std::min(added.a.size(), more.size() + 2); ++k) added.a[k] = more[k - 2];
+      give_contrast(direction.contrast_of(p), &added);
+      give_halo(*twin.projector, direction.pitches_px[p], &added);
+      for (std::size_t k = 2; k < added.a.size(); ++k) {
+        const double size = out[d][p].size(k);
+        if (!out[d][p].b.empty()) out[d][p].b[k] = 0.0;
+        out[d][p].a[k] = size + added.a[k];
+      }
     }
   }
   return out;
@@ -118,14 +123,17 @@ SeriesOfField field_series(const Twin& twin, const SeriesTable& series) {
 }
 
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
-                    double relative_bound, const Harmonics& added) {
+                    double relative_bound, const Harmonics& added, const std::vector<double>& more) {
   const bool sine = fringes.waveform.kind == Waveform::Kind::sine;
-  if (is_linear(projector.response) && sine && added.empty()) return 1;
+  if (is_linear(projector.response) && sine && added.empty() && more.empty()) return 1;
   const PhaseSeries series = fringe_series(projector.response, fringes, added, kExamined);
   const double blur_px = projector.least_blur_px();
   std::vector<double> size;
-  for (int k = 0; k <= kExamined; ++k)
-    size.push_back(series.size(k) * blur_attenuation(k, blur_px, pitch_px));
+  for (int k = 0; k <= kExamined; ++k) {
+    const auto i = static_cast<std::size_t>(k - 2);  // wraps for the first two
+    const double all = series.size(k) + (i < more.size() ? more[i] : 0.0);
+    size.push_back(all * blur_attenuation(k, blur_px, pitch_px));
+  }
   double dropped = 0.0;
   if (sine) {
     // Beyond: coefficients fall at least as 1/k^2 (the response is continuous), so all harmonics after 64
@@ -150,7 +158,7 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
       carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs,
-                                       d.harmonics_of(p), d.largest_harmonics_of(p));
+                                       d.harmonics_of(p), d.harmonics_field_sizes());
       give_contrast(d.contrast_of(p), &carried.back()[p]);
       give_halo(*twin.projector, d.pitches_px[p], &carried.back()[p]);
     }

@@ -18,14 +18,14 @@ inline constexpr int kMostPairs = 16;
 /// Returns the shortest series whose dropped harmonics, after the constant blur, sum up to at most
 /// `relative_bound` of the fundamental; empty when that takes more than `most` harmonics. With N steps a
 /// dropped amplitude b shifts the phase by at most b / |a_1| rad. `added`: the harmonics of the pitch;
-/// `largest`: as they are where they are largest, which count; none: the same all over.
+/// `more`: by how much those of the orders 2, 3 ... are larger somewhere.
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
                          double relative_bound, int most, const Harmonics& added = {},
-                         const std::optional<Harmonics>& largest = {});
+                         const std::vector<double>& more = {});
 
 /// Returns the number of harmonics of that shortest series; 64 when the bound takes more.
 int count_harmonics(const Projector& projector, const Fringes& fringes, double pitch_px,
-                    double relative_bound, const Harmonics& added = {});
+                    double relative_bound, const Harmonics& added = {}, const std::vector<double>& more = {});
 
 /// Returns the series of all pitches, an empty one where the steps are evaluated directly. Automatic takes
 /// the cheaper way for all pitches together; `harmonics` insists where the series is short enough. With pixel

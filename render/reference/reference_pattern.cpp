@@ -253,7 +253,11 @@ double ReferencePattern::full_contrast(const Eigen::Vector2d& q_px, const Eigen:
   const double radius = axis_ == Axis::x ? defocus_px.x() : defocus_px.y();
   const double sigma =
       projector_.has_blur_field() ? std::sqrt(projector_.blur_variance_px2(q_px)) : projector_.blur_px;
-  const Harmonics list = spec_.is_gray() ? Harmonics{} : harmonics_at(q_px);
+  static const Harmonics none;
+  const DirectionFringes& d = fringes_.directions[spec_.direction];
+  const bool varies = !spec_.is_gray() && !d.harmonics_field.empty();
+  const Harmonics here = varies ? harmonics_at(q_px) : none;
+  const Harmonics& list = spec_.is_gray() ? none : varies ? here : d.harmonics_of(spec_.pitch);
   double light = 0.0, rest = 1.0;
   for (const Halo& part : projector_.halo) {
     light += part.share * spread_light(list, x, radius, std::hypot(sigma, part.sigma_px), part.sigma_px);

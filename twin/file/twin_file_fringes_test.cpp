@@ -44,18 +44,22 @@ TEST_F(TwinFileFringes, FieldOfTheHarmonics) {
                            "unwrap = \"hierarchical\"\n";
   const Fringes plain = load(head + "harmonics = [[0.03, 0.04]]\n").fringes;
   EXPECT_FALSE(plain.has_harmonics_field());
-  EXPECT_EQ(plain.directions[0].largest_harmonics_of(0), (Harmonics{{0.03, 0.04}}));
+  EXPECT_TRUE(plain.directions[0].harmonics_field_sizes().empty());
   const Fringes field =
       load(head + "harmonics = [[0.03, 0.04]]\nharmonics_field = [[[0, -0.01], [0.02, 0]], [[0.03, 0]]]\n")
           .fringes;
   EXPECT_TRUE(field.has_harmonics_field());
   for (const DirectionFringes& d : field.directions) {
     EXPECT_EQ(d.harmonics_field, (std::vector<Harmonics>{{{0.0, -0.01}, {0.02, 0.0}}, {{0.03, 0.0}}}));
-    const Harmonics largest = d.largest_harmonics_of(1);
-    ASSERT_EQ(largest.size(), 2u);
-    EXPECT_NEAR(largest[0].cosine, 0.05 + 0.01 + 0.03, 1e-15);
-    EXPECT_NEAR(largest[1].cosine, 0.02, 1e-15);
+    const std::vector<double> sizes = d.harmonics_field_sizes();
+    ASSERT_EQ(sizes.size(), 2u);
+    EXPECT_NEAR(sizes[0], 0.01 + 0.03, 1e-15);
+    EXPECT_NEAR(sizes[1], 0.02, 1e-15);
   }
+  EXPECT_EQ(load(head + "harmonics_field = [[[0.125, 0], [0, -0.25]], [[0, 0.5]], [], [], []]\n")
+                .fringes.directions[0]
+                .harmonics_field,
+            (std::vector<Harmonics>{{{0.125, 0.0}, {0.0, -0.25}}, {{0.0, 0.5}}, {}, {}, {}}));
   EXPECT_TRUE(load(head + "harmonics_field = [[[0.1, 0]], []]\n").fringes.has_harmonics());
   EXPECT_FALSE(load(head + "harmonics_field = [[[0, 0]], []]\n").fringes.has_harmonics());
   for (const char* bad : {"[[0.1, 0]]", "[[[0.1, 0]], [], []]", "[[[0.1]], []]", "[[[0.9, 0]], [[0.2, 0]]]"})
