@@ -153,6 +153,10 @@ class ParameterList : private GroupList {
               fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,
               1e-3, [t, k, part = part](Twin& twin, double d) { add_to_field(twin, t, k, part, d); });
           p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
+          p.does_as = fmt::format("projector.harmonic.{}{}", k, name);
+          p.times = [projector = *twin_.projector, t](const Eigen::Vector2d& px) {
+            return projector.field_terms(px)[t];
+          };
         }
   }
 

@@ -487,13 +487,34 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   return out;
 }
 
+bool Sensitivity::knows_places() const {
+  return std::ranges::none_of(samples_, [](const GridSamples& s) { return s.projector_px.empty(); });
+}
+
+Sensitivity::Values Sensitivity::scaled_column(const Values& other, const Parameter& parameter) const {
+  Values out = other;
+  for (std::size_t c = 0; c < out.size(); ++c)
+    for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) {
+      const auto times = static_cast<float>(parameter.times(samples_[c].projector_px[p].cast<double>()));
+      const std::size_t n = samples_[c].images.size();
+      for (std::size_t k = 0; k < n; ++k) out[c][p * n + k] *= times;
+    }
+  return out;
+}
+
 Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
                                           const Eigen::VectorXd& values, Derivative derivative,
                                           std::vector<double> steps) const {
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
   Columns out{predicted(twin, parameters, values, derivative_samples(twin)), {}, std::move(steps)};
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    out.each.push_back(column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto other = std::ranges::find(parameters, parameters[k].does_as, &Parameter::name);
+    const bool is_known = other - parameters.begin() < static_cast<std::ptrdiff_t>(k) && knows_places();
+    out.each.push_back(
+        is_known
+            ? scaled_column(out.each[static_cast<std::size_t>(other - parameters.begin())], parameters[k])
+            : column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
+  }
   for (const Parameter& p : parameters) out.exposes.push_back(p.group == "exposure");
   return out;
 }

@@ -222,6 +222,10 @@ class Sensitivity {
   /// the light before the cameras' fitted curves, and seen through them.
   Values closed_column(const Twin& twin, const std::vector<Parameter>& parameters,
                        const Eigen::VectorXd& values, std::size_t at, const Values& base) const;
+  /// Returns whether the places in the projector's image that light the samples are known.
+  bool knows_places() const;
+  /// Returns the column of a parameter that does as another one whose column is `other` (Parameter::times).
+  Values scaled_column(const Values& other, const Parameter& parameter) const;
   std::vector<float> irradiance_of(const Twin& twin, const GridSamples& samples, int points) const;
   /// Returns the change of the images of one camera, or of all, as part of their size.
   double relative_change(const Values& from, const Values& to, std::optional<std::size_t> camera) const;

@@ -53,8 +53,8 @@ bool asks_for_halo(const std::vector<std::string>& asked) {
       asked, [](const std::string& a) { return a == "halo" || a.starts_with("projector.halo"); });
 }
 
-bool needs_places(const Parameter& p) { return p.group == "projector_field"; }
-bool is_of_field(const Parameter& p) { return needs_places(p) || p.group == "harmonics_field"; }
+/// Returns whether this is a term of a field over the projector's image, which is fitted by its places.
+bool is_of_field(const Parameter& p) { return p.group == "projector_field" || p.group == "harmonics_field"; }
 /// Returns the order of a term of a field by its name: "projector.light_field.3_1",
 /// "projector.harmonics_field.1_0.5.quadrature".
 int order_of_term(const std::string& name) {
@@ -206,7 +206,7 @@ class Refiner {
           ExitCode::input, "--refine",
           "no camera has gray values to refine by" + (reasons.empty() ? "" : " (" + reasons + ")"),
           "compare without --refine first and look at the report");
-    if (std::ranges::any_of(chosen_parameters(twin_, asked), needs_places))
+    if (std::ranges::any_of(chosen_parameters(twin_, asked), is_of_field))
       find_projector_places(*options.renderer, twin_, samples);
     find_room_light(*options.renderer, twin_, samples);
     return samples;
