@@ -137,6 +137,12 @@ Numbers numbers_of(const Twin& twin) {
     out[fmt::format("projector.harmonic{}", i + 2)] = harmonics[i].cosine;
     out[fmt::format("projector.quadrature{}", i + 2)] = harmonics[i].sine;
   }
+  const std::vector<Harmonics>& field = twin.fringes.directions[0].harmonics_field;
+  for (std::size_t t = 0; t < field.size(); ++t)
+    for (std::size_t i = 0; i < field[t].size(); ++i) {
+      out[fmt::format("projector.field{}.harmonic{}", t, i + 2)] = field[t][i].cosine;
+      out[fmt::format("projector.field{}.quadrature{}", t, i + 2)] = field[t][i].sine;
+    }
   const DirectionFringes& fringes = twin.fringes.directions[0];
   for (std::size_t i = 0; i < fringes.pitches_px.size(); ++i)
     out[fmt::format("projector.contrast{}", i)] = fringes.contrast_of(i);
@@ -218,6 +224,8 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"projector.harmonic.2", "projector.harmonic2"},
       {"projector.harmonic.4", "projector.harmonic4"},
       {"projector.harmonic.3.quadrature", "projector.quadrature3"},
+      {"projector.harmonics_field.1_0.2", "projector.field0.harmonic2"},
+      {"projector.harmonics_field.0_2.4.quadrature", "projector.field4.quadrature4"},
       {"left.vignetting_tilt.x", "left.tilt.x"},
       {"right.vignetting_tilt.y", "right.tilt.y"},
       {"left.vignetting.a1", "left.a1"},
