@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 RUNS = [
     ("slmaster-mono-relief", "slmaster-mono-relief/twin.toml",
      "calibration of the set; the shape from the images' own depth map, contrast and room light from its pixels (datasets/README.md)",
-     ["--hold-out", "3", "--refine", "exposure,image_shift,harmonics,texture,offset"]),
+     ["--hold-out", "3", "--refine", "exposure,light,image_shift,harmonics,harmonics_field,texture,offset"]),
     ("cpsd-plane-4freq12step", "cpsd-plane-4freq12step/twin-rig.toml",
      "no calibration: a relative rig solved from the set's own phase, whose lengths mean nothing (datasets/README.md)",
      ["--hold-out", "3", "--refine", "exposure,contrast,blur,projector.blur_field_px2.u,projector.blur_field_px2.v,harmonics,texture,texture_spread,"
