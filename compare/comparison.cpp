@@ -85,13 +85,12 @@ struct CauseSamples {
 /// Returns what a reader must know of a code whose images have other light than the twin says; empty where
 /// they have not.
 std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Fringes& fringes) {
-  constexpr double kLeast = 0.005;  // less moves no bit, and is what gain and rendering may be off by
-  constexpr double kSigmas = 5.0;   // of the worst of many images
+  constexpr double kSigmas = 5.0;  // of the worst of many images
   const CodeLight* worst = nullptr;
   int n = 0;
   for (const CodeLight& light : code.lights) {
     const double off = std::abs(light.factor - 1.0);
-    if (!(off > kLeast + kSigmas * light.sigma)) continue;
+    if (!(off > kLeastOtherLight + kSigmas * light.sigma)) continue;
     ++n;
     if (!worst || off > std::abs(worst->factor - 1.0)) worst = &light;
   }

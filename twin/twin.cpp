@@ -131,17 +131,20 @@ class Loader {
   }
 };
 
+/// Returns a place from -1 to 1 across an image, from border to border.
+std::array<double, 2> across_image(const Lens& lens, const Eigen::Vector2d& q_px) {
+  return {(2.0 * q_px.x() + 1.0) / lens.width() - 1.0, (2.0 * q_px.y() + 1.0) / lens.height() - 1.0};
+}
+
 }  // namespace
 
 std::array<double, kHarmonicsFieldTerms> Projector::field_terms(const Eigen::Vector2d& q_px) const {
-  const double u = 2.0 * (q_px.x() + 0.5) / lens.width() - 1.0,
-               v = 2.0 * (q_px.y() + 0.5) / lens.height() - 1.0;
+  const auto [u, v] = across_image(lens, q_px);
   return {u, v, 1.5 * u * u - 0.5, u * v, 1.5 * v * v - 0.5};
 }
 
 double Projector::blur_variance_px2(const Eigen::Vector2d& q_px) const {
-  const double u = (2.0 * q_px.x() + 1.0) / lens.width() - 1.0,
-               v = (2.0 * q_px.y() + 1.0) / lens.height() - 1.0;
+  const auto [u, v] = across_image(lens, q_px);
   const auto& b = blur_field_px2;
   const double more = b[0] * u + b[1] * v + b[2] * u * u + b[3] * u * v + b[4] * v * v;
   return std::max(0.0, blur_px * blur_px + more);

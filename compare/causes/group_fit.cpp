@@ -120,7 +120,7 @@ double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free
   for (std::size_t& at : sensors) at -= parameters_.size();
   const Step step = solve_step(e, sensors);
   n_ = e.n;
-  if (settle) sensitivity_.move_sensors(step.change, 0);
+  if (settle) sensitivity_.move_sensors(step.change);
   return step.chi2;
 }
 

@@ -22,34 +22,31 @@ constexpr double kSmallestContrast = 1e-3;
 constexpr double kLeastBlurOfHaloPx2 = 0.01;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
-/// Returns the part of a harmonic that the fringes of a pitch have.
-double harmonic_part(const DirectionFringes& direction, std::size_t pitch, int order,
-                     double Harmonic::*part) {
-  const Harmonics& list = direction.harmonics_of(pitch);
+/// Returns a part of the harmonic of an order; 0 where the list ends before.
+double harmonic_part(const Harmonics& list, int order, double Harmonic::*part) {
   const auto i = static_cast<std::size_t>(order - 2);
   return i < list.size() ? list[i].*part : 0.0;
 }
 
+void add_to_part(Harmonics& list, int order, double Harmonic::*part, double change) {
+  const auto i = static_cast<std::size_t>(order - 2);
+  if (list.size() <= i) list.resize(i + 1);
+  list[i].*part += change;
+}
+
 /// Adds to a part of a harmonic of the fringes of every pitch.
 void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double change) {
-  const auto i = static_cast<std::size_t>(order - 2);
   for (DirectionFringes& d : twin.fringes.directions) {
     d.harmonics.resize(d.pitches_px.size());
-    for (Harmonics& list : d.harmonics) {
-      if (list.size() <= i) list.resize(i + 1);
-      list[i].*part += change;
-    }
+    for (Harmonics& list : d.harmonics) add_to_part(list, order, part, change);
   }
 }
 
 /// Adds to what a harmonic has more per term of the field, of the fringes of every direction.
 void add_to_field(Twin& twin, std::size_t term, int order, double Harmonic::*part, double change) {
-  const auto i = static_cast<std::size_t>(order - 2);
   for (DirectionFringes& d : twin.fringes.directions) {
     d.harmonics_field.resize(kHarmonicsFieldTerms);
-    Harmonics& list = d.harmonics_field[term];
-    if (list.size() <= i) list.resize(i + 1);
-    list[i].*part += change;
+    add_to_part(d.harmonics_field[term], order, part, change);
   }
 }
 
@@ -131,7 +128,7 @@ class ParameterList : private GroupList {
       for (const auto& [name, part] :
            {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}})
         add(fmt::format("projector.harmonic.{}{}", k, name), "",
-            harmonic_part(twin_.fringes.directions.front(), 0, k, part), 1e-3,
+            harmonic_part(twin_.fringes.directions.front().harmonics_of(0), k, part), 1e-3,
             [k, part = part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
   }
 
@@ -146,8 +143,7 @@ class ParameterList : private GroupList {
       for (int k = 2; k <= most; ++k)
         for (const auto& [name, part] :
              {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}}) {
-          const auto i = static_cast<std::size_t>(k - 2);
-          const double start = t < field.size() && i < field[t].size() ? field[t][i].*part : 0.0;
+          const double start = t < field.size() ? harmonic_part(field[t], k, part) : 0.0;
           const LegendreOrders& orders = kLightFieldTerms[t];
           Parameter& p = add(
               fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,

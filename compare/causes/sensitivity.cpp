@@ -215,14 +215,13 @@ std::vector<std::size_t> Sensitivity::lights_at(std::size_t camera, std::size_t 
   return places;
 }
 
-void Sensitivity::move_sensors(const Eigen::VectorXd& change, std::size_t n_parameters) {
+void Sensitivity::move_sensors(const Eigen::VectorXd& change) {
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     GridSamples& s = samples_[c];
-    const std::vector<std::size_t> at = lights_at(c, n_parameters);
+    const std::vector<std::size_t> at = lights_at(c, 0);
     std::vector<double> gains_dn;  // the equations are linear in these, not in their ratios
     for (std::size_t j = 0; j < at.size(); ++j) gains_dn.push_back(s.gain_of(s.lit_apart[j]) + change[at[j]]);
-    const std::size_t gain_at = n_parameters + 2 * c;
-    set_sensor(c, s.gain_dn + change[gain_at], s.black_level_dn + change[gain_at + 1]);
+    set_sensor(c, s.gain_dn + change[2 * c], s.black_level_dn + change[2 * c + 1]);
     for (std::size_t j = 0; j < at.size(); ++j) s.light[s.lit_apart[j]] = gains_dn[j] / s.gain_dn;
   }
 }
@@ -233,7 +232,7 @@ void Sensitivity::settle_lights(const Values& predicted) {
     std::ranges::copy(lights_at(c, 0), std::back_inserter(lights));
   if (lights.empty()) return;
   const NormalEquations e = equations_at(predicted, {predicted, {}}, FreePerPixel::nothing);
-  move_sensors(solve_step(e, lights).change, 0);
+  move_sensors(solve_step(e, lights).change);
 }
 
 void Sensitivity::refer_curves_to_gain() {

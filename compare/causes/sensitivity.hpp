@@ -87,8 +87,8 @@ class Sensitivity {
   void set_sensor(std::size_t index, double gain_dn, double black_level_dn);
   /// Takes gain, black level and the light of images lit apart from others, camera by camera.
   void take_sensors(const std::vector<GridSamples>& from);
-  /// Moves them by a step in equations of so many parameters, where they are fitted together.
-  void move_sensors(const Eigen::VectorXd& change, std::size_t n_parameters);
+  /// Moves them by a step in equations without parameters.
+  void move_sensors(const Eigen::VectorXd& change);
   /// Returns the places of the gains of images lit apart among the unknowns of equations of so many
   /// parameters: of one camera, in the order of its lit_apart.
   std::vector<std::size_t> lights_at(std::size_t camera, std::size_t n_parameters) const;

@@ -171,7 +171,7 @@ TEST(Sensitivity, ImagesLitApartHaveGainsOfTheirOwn) {
     if (round == 1) {
       EXPECT_LT(step.chi2, 0.05);  // three lights that are 1, 3 and 4 % off, of a prior of 30 %
     }
-    sensitivity.move_sensors(step.change, 0);
+    sensitivity.move_sensors(step.change);
   }
   for (std::size_t c = 0; c < 2; ++c) {
     const GridSamples& s = sensitivity.samples()[c];

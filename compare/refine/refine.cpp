@@ -15,6 +15,7 @@
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
+#include "compare/verdict/explain_code.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
@@ -25,7 +26,6 @@ namespace {
 
 constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr double kHighCorrelation = 0.98;
-constexpr double kLeastOtherLight = 0.005;  ///< of an image of a code: as the verdict on the code has it
 
 bool is_no_parameter(const std::string& name) {
   return name == "gain" || name == "black" || name == "texture" || name == "offset" || name == kTextureSpread;

@@ -11,6 +11,10 @@
 
 namespace fringetwin::compare {
 
+/// Light of an image of a code that is worth telling: less moves no bit, and is what gain and rendering may
+/// be off by.
+inline constexpr double kLeastOtherLight = 0.005;
+
 /// The light of one image of a code, over what the twin says of it.
 struct CodeLight {
   int image = 0;        ///< of the sequence

@@ -3,12 +3,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
 #include <limits>
-#include <optional>
+#include <span>
 #include <utility>
 
 #include "measure/decode/light_steps.hpp"
@@ -41,13 +40,8 @@ class WaveformField {
         Eigen::Map<const Eigen::VectorXd>(shift_rad.data(), static_cast<Eigen::Index>(shift_rad.size()));
     steps_.move_by({});
     of_term_.col(0) = Eigen::Map<const Eigen::VectorXd>(waveform.data(), of_term_.rows());
-    const Eigen::MatrixXd alone = of_term_;
-    for (int pass = 0; pass < kFieldPasses; ++pass)
-      if (!improve()) {
-        of_term_ = alone;
-        break;
-      }
-    varies_ = of_term_ != alone;
+    varies_ = improve();
+    for (int pass = 1; varies_ && pass < kFieldPasses; ++pass) improve();
   }
 
   bool varies() const { return varies_; }
@@ -192,10 +186,11 @@ class PitchPlain {
       value[i] = static_cast<double>(images_[i]->data[pixel]);
       if (!(value[i] < clipped_dn)) return;
     }
-    std::vector<double> here = waveform_;
+    Eigen::VectorXd of_pixel;
+    std::span<const double> here = waveform_;
     if (field_.varies()) {
-      const Eigen::VectorXd of_pixel = field_.at(pixel);
-      here.assign(of_pixel.begin(), of_pixel.end());
+      of_pixel = field_.at(pixel);
+      here = {of_pixel.data(), static_cast<std::size_t>(of_pixel.size())};
     }
     for (int pass = 0; pass < kPasses; ++pass) {
       double c = 0.0, s = 0.0;
@@ -214,7 +209,7 @@ class PitchPlain {
   }
 
   /// Returns what a waveform has besides its cosine where that has this phase e^it.
-  static double harmonics_at(const std::complex<double>& first, const std::vector<double>& waveform) {
+  static double harmonics_at(const std::complex<double>& first, std::span<const double> waveform) {
     std::complex<double> power = first;
     double sum = 0.0;
     for (std::size_t h = 0; h + 1 < waveform.size(); h += 2) {

@@ -54,6 +54,26 @@ std::vector<double> read_pitches(const TomlTable& table) {
   return pitches;
 }
 
+/// Returns one list of pairs, and adds their sizes to `sum`.
+Harmonics read_pairs(const TomlTable& table, const std::string& key,
+                     const std::vector<std::vector<double>>& rows, double& sum) {
+  if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
+    table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(), kHighestHarmonic,
+                                kHighestHarmonic - 1));
+  Harmonics list;
+  for (const std::vector<double>& row : rows) {
+    list.push_back({row[0], row[1]});
+    sum += std::hypot(row[0], row[1]);
+  }
+  return list;
+}
+
+void check_sum(const TomlTable& table, const std::string& key, double sum) {
+  if (sum > 1.0)
+    table.fail(key, fmt::format("add up to {:.3g} of the full scale, at most 1", sum),
+               "amplitudes are fractions of the full scale, as mean and amplitude are");
+}
+
 /// One list of pairs for all pitches, or one per pitch.
 std::vector<Harmonics> read_harmonics(const TomlTable& table, std::size_t n_pitches) {
   static const std::string key = "harmonics";
@@ -64,18 +84,9 @@ std::vector<Harmonics> read_harmonics(const TomlTable& table, std::size_t n_pitc
                                 lists->size(), n_pitches));
   std::vector<Harmonics> harmonics;
   for (const auto& rows : *lists) {
-    if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
-      table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(),
-                                  kHighestHarmonic, kHighestHarmonic - 1));
-    Harmonics& list = harmonics.emplace_back();
     double sum = 0.0;
-    for (const std::vector<double>& row : rows) {
-      list.push_back({row[0], row[1]});
-      sum += std::hypot(row[0], row[1]);
-    }
-    if (sum > 1.0)
-      table.fail(key, fmt::format("add up to {:.3g} of the full scale, at most 1", sum),
-                 "amplitudes are fractions of the full scale, as mean and amplitude are");
+    harmonics.push_back(read_pairs(table, key, rows, sum));
+    check_sum(table, key, sum);
   }
   harmonics.resize(n_pitches, harmonics.front());
   return harmonics;
@@ -92,19 +103,8 @@ std::vector<Harmonics> read_harmonics_field(const TomlTable& table) {
         fmt::format("give 2 or {}: all terms of the first order, or up to the second", kHarmonicsFieldTerms));
   std::vector<Harmonics> field;
   double sum = 0.0;
-  for (const auto& rows : *lists) {
-    if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
-      table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(),
-                                  kHighestHarmonic, kHighestHarmonic - 1));
-    Harmonics& list = field.emplace_back();
-    for (const std::vector<double>& row : rows) {
-      list.push_back({row[0], row[1]});
-      sum += std::hypot(row[0], row[1]);
-    }
-  }
-  if (sum > 1.0)
-    table.fail(key, fmt::format("add up to {:.3g} of the full scale, at most 1", sum),
-               "amplitudes are fractions of the full scale, as mean and amplitude are");
+  for (const auto& rows : *lists) field.push_back(read_pairs(table, key, rows, sum));
+  check_sum(table, key, sum);
   return field;
 }
 
