@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/causes/camera_curves.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -77,7 +81,104 @@ void bend(const CameraResponse& as_given, const Knee& from, const Knee& to, doub
   }
 }
 
+constexpr int kTablePoints = 20;  ///< between the corners of a bend's table: within 2e-3 DN of it
+constexpr double kMostBend = 0.5;
+constexpr int kMostNewtonSteps = 20;
+
+/// A smooth bend of gray values above black: x + R c s^2 T_k(2 s - 1), straight up to R/20 and beyond R.
+struct Bend {
+  double range_dn;
+  int order;  ///< k: 0, 1 or 2
+
+  struct Point {
+    double value, slope;
+  };
+  Point at(double x_dn, double c) const {
+    constexpr double from = 1.0 / kTablePoints;
+    const double r = x_dn / range_dn, s = std::clamp((r - from) / (1.0 - from), 0.0, 1.0), z = 2.0 * s - 1.0;
+    const double t = order == 0   ? 1.0
+                     : order == 1 ? z
+                                  : 2.0 * z * z - 1.0,
+                 dt = order == 0   ? 0.0
+                      : order == 1 ? 2.0
+                                   : 8.0 * z;
+    const double slope = c * (2.0 * s * t + s * s * dt) / (1.0 - from);
+    const double beyond_dn = std::max(0.0, x_dn - range_dn);
+    return {x_dn + range_dn * c * s * s * t + slope * beyond_dn, 1.0 + slope};
+  }
+  double operator()(double x_dn, double c) const { return at(x_dn, c).value; }
+  /// Returns what is bent to y.
+  double inverse(double y_dn, double c) const {
+    double x_dn = y_dn;
+    for (int step = 0; step < kMostNewtonSteps; ++step) {
+      const Point p = at(x_dn, c);
+      const double change_dn = (y_dn - p.value) / std::max(p.slope, kLeastSlope);
+      x_dn += change_dn;
+      if (std::abs(change_dn) < 1e-9 * range_dn) break;
+    }
+    return x_dn;
+  }
+};
+
+/// Puts corners on a curve at equal distances up to full range; it stays the same curve.
+void add_corners(CameraResponse& f, double range_dn) {
+  std::vector<CameraResponse::Corner> all = f.corners;
+  for (int k = 1; k <= kTablePoints; ++k) {
+    const double in_dn = k * range_dn / kTablePoints;
+    if (std::ranges::none_of(f.corners, [&](const CameraResponse::Corner& c) {
+          return std::abs(c.in_dn - in_dn) < 1e-6 * range_dn;
+        }))
+      all.push_back({in_dn, f(in_dn)});
+  }
+  std::ranges::sort(all, {}, &CameraResponse::Corner::in_dn);
+  f.corners = std::move(all);
+}
+
+/// Bends what a camera gives. Throws UserError(usage) where the curve would not rise.
+void bend_response(CameraResponse& f, const Bend& bend, double c) {
+  if (c == 0.0) return;
+  add_corners(f, bend.range_dn);
+  for (CameraResponse::Corner& corner : f.corners) corner.out_dn = bend(corner.out_dn, c);
+  for (std::size_t k = 1; k < f.corners.size(); ++k)
+    if (!(f.corners[k].out_dn > f.corners[k - 1].out_dn))
+      throw UserError(ExitCode::usage, "response", "the camera's curve would not rise everywhere",
+                      "refine without camera_response");
+  const CameraResponse::Corner &last = f.corners.back(), &before = f.corners[f.corners.size() - 2];
+  f.last_slope = (last.out_dn - before.out_dn) / (last.in_dn - before.in_dn);
+}
+
+/// The light goes through the bend of `to` instead of that of `from`; the gray values are straightened by the
+/// response `as_given`.
+Effect bend_effect(const CameraResponse& as_given, const Bend& bend) {
+  return [=](const EffectInput& in, std::vector<float>& irradiance) {
+    const double gain_dn = in.samples.curve_gain_dn();
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < irradiance.size(); ++i) {
+      const double seen_dn = as_given(gain_dn * static_cast<double>(irradiance[i])),
+                   bent_dn = bend(bend.inverse(seen_dn, in.from), in.to);
+      irradiance[i] = static_cast<float>(as_given.inverse(bent_dn) / gain_dn);
+    }
+  };
+}
+
 }  // namespace
+
+std::vector<Parameter> bend_parameters(const Twin& twin, std::size_t camera) {
+  const Sensor& sensor = twin.cameras[camera].sensor;
+  std::vector<Parameter> all;
+  for (int order = 0; order < 3; ++order) {
+    const Bend bend{range_of(sensor), order};
+    Parameter p =
+        curve("camera_response", fmt::format("{}.response.bend_{}", twin.cameras[camera].name, order + 1),
+              0.0, 0.01, bend_effect(sensor.response, bend));
+    p.change = [=](Twin& t, double d) { bend_response(t.cameras[camera].sensor.response, bend, d); };
+    p.is_closed = p.told_at_gain = true;
+    p.smallest = -kMostBend, p.largest = kMostBend;
+    p.camera = camera;
+    all.push_back(std::move(p));
+  }
+  return all;
+}
 
 std::vector<Parameter> response_parameters(const Camera& camera) {
   const double range_dn = range_of(camera.sensor);

@@ -40,11 +40,18 @@ Eigen::VectorXd GroupFit::shown_values() const {
 /// Tells curves at the gain as it is now, where that matters; returns whether it does. A camera whose gray
 /// values the twin's own curve has straightened bends them, in the fit, at levels that grow with the gain.
 bool GroupFit::refers_curves_to_gain() {
-  bool matters = false;
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    matters = matters || (parameters_[k].grows_with_gain && std::abs(growth_of(k) - 1.0) > kSameGain &&
-                          !twin_.cameras[*parameters_[k].camera].sensor.response.straight());
-  if (!matters || given_up_) return false;
+  const auto is_far = [](const GridSamples& s) {
+    return std::abs(s.gain_dn / s.curve_gain_dn() - 1.0) > kSameGain;
+  };
+  const auto matters = [&](const Parameter& p) {
+    if (!p.camera) return false;
+    const bool is_told =
+        p.told_at_gain || (p.grows_with_gain && !twin_.cameras[*p.camera].sensor.response.straight());
+    return is_told && std::ranges::any_of(sensitivity_.samples(), [&](const GridSamples& s) {
+             return s.camera == *p.camera && is_far(s);
+           });
+  };
+  if (given_up_ || std::ranges::none_of(parameters_, matters)) return false;
   const Eigen::VectorXd values = shown_values();
   sensitivity_.refer_curves_to_gain();
   set_values(values);

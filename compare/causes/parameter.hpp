@@ -46,6 +46,9 @@ struct Parameter {
   bool is_of_sensor = false;  ///< a camera's curve: its effect follows those of all light
   /// The value is in DN at GridSamples::curve_gain_dn(): with a gain twice as large it is twice as much.
   bool grows_with_gain = false;
+  /// The value means what it does at GridSamples::curve_gain_dn(): fitted with another gain, it is fitted
+  /// anew.
+  bool told_at_gain = false;
   /// Changes nothing by itself: only where another parameter of its group has left its start.
   bool acts_beside_others = false;
   std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
+#include "compare/causes/camera_curves.hpp"
 #include "compare/causes/closed_columns.hpp"
 #include "compare/causes/parameters_geometry.hpp"
 #include "twin/base/errors.hpp"
@@ -333,7 +335,7 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "light that is no projector's (room light, a lamp, scattering)",
        "record again in the dark, or subtract an image of the dark room; a lamp far away is [room] lamp"},
       {"camera_response", "curve of each camera's gray values over the light",
-       "a camera's gray values do not follow the light in proportion (its response)",
+       "a camera's gray values do not follow the light in proportion (its response)", "",
        "switch gamma and other curves off in the camera, and keep its values below the bend"},
       {"camera_knee", "a level of each camera's gray values from which on they rise less, and by how much",
        "a camera's gray values bend at a level (knee of its response)", "",
@@ -386,6 +388,12 @@ std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::stri
                                                const std::vector<int>& use_steps) {
   if (group == "motion") return motion_parameters(twin);
   if (group == "halo") return ParameterList(twin, group).run();
+  if (group == "camera_response") {
+    std::vector<Parameter> all;
+    for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+      std::ranges::move(bend_parameters(twin, c), std::back_inserter(all));
+    return all;
+  }
   return parameters_of(twin, group, use_steps);
 }
 

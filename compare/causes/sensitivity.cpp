@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "compare/causes/own_levels.hpp"
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/scaled_eigen.hpp"
 #include "compare/gray/texture_steps.hpp"
@@ -91,17 +92,23 @@ struct Effects {
       if (!parameters[k].is_of_sensor && has_effect(k, s))
         parameters[k].effect({rendered, fitted, s, before, parameters[k].start, values[k]}, e);
   }
-  /// Bends light as the sensors' curves do, after all else.
-  void see(const GridSamples& s, std::vector<float>& e) const {
+  /// Returns whether the sensors' curves bend light.
+  bool bend(const GridSamples& s) const {
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      if (parameters[k].is_of_sensor && has_effect(k, s)) return true;
+    return false;
+  }
+  /// Bends levels as the sensors' curves do, after all else.
+  void see(const GridSamples& s, std::vector<float>& levels) const {
     for (std::size_t k = 0; k < parameters.size(); ++k)
       if (parameters[k].is_of_sensor && has_effect(k, s))
-        parameters[k].effect({rendered, fitted, s, e, parameters[k].start, values[k]}, e);
+        parameters[k].effect({rendered, fitted, s, levels, parameters[k].start, values[k]}, levels);
   }
   /// Takes that back.
-  void unsee(const GridSamples& s, std::vector<float>& e) const {
+  void unsee(const GridSamples& s, std::vector<float>& levels) const {
     for (std::size_t k = parameters.size(); k-- > 0;)
       if (parameters[k].is_of_sensor && has_effect(k, s))
-        parameters[k].effect({rendered, fitted, s, e, values[k], parameters[k].start}, e);
+        parameters[k].effect({rendered, fitted, s, levels, values[k], parameters[k].start}, levels);
   }
 
  private:
@@ -311,7 +318,13 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     if (is_other(c)) continue;
     effects.add_light(samples_[c], before[c], out[c]);
+    if (!effects.bend(samples_[c])) continue;
+    std::vector<float> real = real_light(samples_[c]);
+    effects.unsee(samples_[c], real);
+    const OwnLevels own(samples_[c], out[c], real, own_, exposures_of(c));
+    own.to_levels(out[c]);
     effects.see(samples_[c], out[c]);
+    own.to_irradiance(out[c]);
   }
   return out;
 }
@@ -412,14 +425,28 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vect
   const Effects sensors{twin, fitted, parameters, values};
   Values out = zeros(base);
   for (std::size_t c = 0; c < samples_.size(); ++c) {
-    if (parameter.camera && *parameter.camera != samples_[c].camera) continue;
-    std::vector<float> light = base[c];
-    if (!parameter.is_of_sensor) sensors.unsee(samples_[c], light);
-    std::vector<float> more = light, less = light;
-    parameter.effect({fitted, fitted, samples_[c], light, values[at], up}, more);
-    parameter.effect({fitted, fitted, samples_[c], light, values[at], down}, less);
-    if (!parameter.is_of_sensor)
-      for (std::vector<float>* seen : {&more, &less}) sensors.see(samples_[c], *seen);
+    const GridSamples& s = samples_[c];
+    if (parameter.camera && *parameter.camera != s.camera) continue;
+    const bool bends_light = !parameter.is_of_sensor && sensors.bend(s);
+    const OwnLevels own = parameter.is_of_sensor || bends_light
+                              ? OwnLevels(s, base[c], real_light(s), own_, exposures_of(c))
+                              : OwnLevels();
+    std::vector<float> before = base[c];
+    own.to_levels(before);
+    if (bends_light) {
+      sensors.unsee(s, before);
+      own.to_irradiance(before);
+    }
+    std::vector<float> more = before, less = before;
+    parameter.effect({fitted, fitted, s, before, values[at], up}, more);
+    parameter.effect({fitted, fitted, s, before, values[at], down}, less);
+    for (std::vector<float>* seen : {&more, &less}) {
+      if (bends_light) {
+        own.to_levels(*seen);
+        sensors.see(s, *seen);
+      }
+      own.to_irradiance(*seen);
+    }
     for (std::size_t i = 0; i < more.size(); ++i)
       out[c][i] =
           static_cast<float>((static_cast<double>(more[i]) - static_cast<double>(less[i])) / (up - down));

@@ -219,7 +219,8 @@ class Sensitivity {
   /// within pixels. With fewer the gradient of a fit that leaves something is not that of what it leaves.
   int derivative_samples(const Twin& twin) const;
   /// The column of a parameter with an effect of its own: nothing is rendered. What light does is done to
-  /// the light before the cameras' fitted curves, and seen through them.
+  /// the light before the cameras' fitted curves, and seen through them at levels as the pixels' own numbers
+  /// make them.
   Values closed_column(const Twin& twin, const std::vector<Parameter>& parameters,
                        const Eigen::VectorXd& values, std::size_t at, const Values& base) const;
   /// Returns whether the places in the projector's image that light the samples are known.
@@ -257,6 +258,9 @@ class Sensitivity {
                         Eigen::Ref<Eigen::MatrixXd> rows);
   double exposure_of(std::size_t camera, std::size_t k) const {
     return exposures_.empty() ? 1.0 : exposures_[camera][k];
+  }
+  std::vector<double> exposures_of(std::size_t camera) const {
+    return exposures_.empty() ? std::vector<double>{} : exposures_[camera];
   }
   NormalEquations empty_equations(std::size_t n_parameters) const;
   void add_prior_of_lights(NormalEquations& equations) const;

@@ -36,13 +36,13 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss, its intrinsics, its motion, the field of its light, its halo or its knee, nor for what no key
-/// holds.
+/// its gloss, its intrinsics, its motion, the field of its light, its halo, its knee or its response, nor for
+/// what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
                          p.group == "motion" || p.group == "projector_field" || p.group == "blur_field" ||
-                         p.group == "camera_knee" || p.group == "halo" || p.group == "harmonics_field" ||
-                         !p.change;
+                         p.group == "camera_knee" || p.group == "camera_response" || p.group == "halo" ||
+                         p.group == "harmonics_field" || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
@@ -138,6 +138,7 @@ class Refiner {
       sensitivity_.set_sensor(c, hold_gain_ ? sensor.gain_dn : s.gain_dn,
                               report_.own.offset ? sensor.black_level_dn : s.black_level_dn);
     }
+    if (hold_gain_) sensitivity_.refer_curves_to_gain();  // curves are the camera's at its own gain
   }
 
   Refined run(WhatIsWorse worse) {

@@ -163,3 +163,33 @@ def sharper_in_the_middle(rig, twin, random):
 add_case("refine_blur_field", "surface", "the projector is sharper in its middle than in its corners; `--refine blur,blur_field`",
          sharper_in_the_middle, dict(scene="wall", small=True), expect="explained", refine="blur,blur_field",
          values={"projector.blur_px": 1.5, **{f"projector.blur_field_px2.{k}": c for k, c in BLUR_FIELD.items()}})
+
+
+def saturating(x):
+    """Straight up to a twentieth of the scale, then less and less steep: 5.5 % below the line at full scale."""
+    over = np.maximum(x - 0.05, 0)
+    return np.minimum(x, 0.05) + 8 * (1 - np.exp(-over / 8))
+
+
+def bent(response, textured):
+    def plant(rig, twin, random):
+        rig.camera_response = response
+        if textured:
+            rig.reflectivity = lambda which, P: 0.65 * (1 + 0.45 * np.sin(0.25 * P[..., 0]) * np.sin(0.2 * P[..., 1]))
+    return plant
+
+
+def knee_at_045(x):
+    return np.where(x > 0.45, 0.45 + 0.8 * (x - 0.45), x)
+
+
+BENT = dict(scene="wall", small=True)
+add_case("refine_bend", "light", "the camera's gray values saturate by 5.5 %; `--refine camera_response`",
+         bent(saturating, False), BENT, expect="explained", refine="camera_response")
+add_case("refine_bend_texture", "light", "the camera's gray values saturate by 5.5 %, and waves of 45 % in the albedo; "
+         "`--refine camera_response,texture,offset`", bent(saturating, True), BENT, expect="explained", gain=False,
+         refine="camera_response,texture,offset")
+add_case("refine_knee_texture", "light", "the sensor's line bends by 20 % at 45 % of its scale, and waves of 45 % in the "
+         "albedo; `--refine camera_knee,texture,offset`", bent(knee_at_045, True), BENT, expect="explained", gain=False,
+         refine="camera_knee,texture,offset",
+         values={"left.response.knee_dn": 0.45 * (4095 - 82), "left.response.slope": 0.8})

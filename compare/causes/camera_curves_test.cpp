@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Knees of two cameras, planted into gray values with noise that the double-precision reference's light
-// makes, are found by the fit that `--refine camera_knee` and the search for causes make.
+// Knees and smooth bends of two cameras, planted into gray values with noise that the double-precision
+// reference's light makes, are found by the fit that `--refine camera_knee` and `camera_response` and the
+// search for causes make.
 //
 // | check            | tolerance | origin                                                            |
 // |------------------|-----------|-------------------------------------------------------------------|
@@ -8,18 +9,22 @@
 // | sigma of a place | 1 DN      | 0.3 DN of noise, 46,080 values, a bend of 5 % and more: 0.3 DN    |
 // | sigma of a slope | 2e-3      | the same over 100 DN: 0.3/100/sqrt(5000)                          |
 // | chi2             | 1.02      | 46,080 values: sqrt(2/n) = 0.0066                                 |
+// | curve as fitted  | 0.1 DN    | 3 sigma at the ends of the levels of 1,920 pixels, polynomials of four |
+// | table of a curve | 0.01 DN   | curvature c/R of 0.2/248 DN over steps of 12.4 DN: 0.2/248 12.4^2/8   |
+#include "compare/causes/camera_curves.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "compare/causes/camera_curves.hpp"
 #include "compare/causes/group_fit.hpp"
 #include "compare/causes/parameters.hpp"
 #include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "twin/base/errors.hpp"
 
-namespace fringetwin::compare::camera_knee_test {
+namespace fringetwin::compare::camera_curves_test {
 namespace {
 
 using namespace planted_samples;
@@ -43,6 +48,15 @@ std::vector<GridSamples> bent(const Images& light, const Knee& left, const Knee&
   std::vector<GridSamples> samples = samples_of(light, through(left, right), frames);
   for (GridSamples& s : samples) s.reference_gain_dn = 0.95 * kGain;
   return samples;
+}
+
+/// Gives every pixel a factor of 0.6 to 1.4 and an offset of up to 12 DN, before the camera's curve.
+Error textured(const Error& curve) {
+  return [=](double e, std::size_t camera, int image, int x, int y) {
+    const double factor = 1.0 + 0.4 * std::sin(0.9 * x + 0.3 * y + static_cast<double>(camera)),
+                 offset_dn = 6.0 + 6.0 * std::sin(0.5 * x - 0.8 * y);
+    return curve(factor * e + offset_dn / kGain, camera, image, x, y);
+  };
 }
 
 GroupFit::Known known_of(const GroupFit& fit, const std::string& name) {
@@ -160,5 +174,115 @@ TEST(CameraKnee, AStraightCameraHasNone) {
   }
 }
 
+// A factor and an offset of every pixel: a level is what the pixel has of its own, not what the twin says.
+TEST(CameraKnee, IsFoundAtTheLevelsOfPixelsOfTheirOwn) {
+  const Twin twin = testing::window_on_the_sphere(kWidth, kHeight);
+  const Images light = traced_by_reference(twin);
+  const Knee left{level_dn(light, 0, 0.4), 0.85}, right{level_dn(light, 1, 0.3), 0.6};
+  const std::vector<CameraImages> frames = frames_of(light);
+  Sensitivity sensitivity(testing::needed_renderer(),
+                          samples_of(light, textured(through(left, right)), frames));
+  sensitivity.free_in_all(FreePerPixel::factor_and_offset);
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "camera_knee"), {.hold_gain = true, .exact = true});
+  expect_knees(fit, left, right);
+}
+
+/// Gray values that saturate: straight up to a twentieth of the range, then less and less steep, by an
+/// exponential that no polynomial is.
+struct Saturating {
+  double range_dn, length;
+  double operator()(double dn) const {
+    const double over = std::max(0.0, dn / range_dn - 0.05);
+    return std::min(dn, 0.05 * range_dn) + range_dn * length * (1.0 - std::exp(-over / length));
+  }
+};
+
+double range_dn(const Twin& twin) {
+  const Sensor& sensor = twin.cameras[0].sensor;
+  return sensor.max_dn() - sensor.black_level_dn;
+}
+
+/// Fits the bends of both cameras and holds the curves against those planted, over the levels of the images.
+void expect_bends(GroupFit& fit, const Images& light, const Saturating (&planted)[2], double most_factor) {
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_LT(fit.chi2(), 1.02);
+  for (std::size_t c = 0; c < 2; ++c) {
+    const CameraResponse fitted = fit.twin().cameras[c].sensor.response;
+    for (const double part : {0.05, 0.3, 0.6, 0.95}) {
+      const double dn = most_factor * level_dn(light, c, part);
+      EXPECT_NEAR(fitted(dn), planted[c](dn), 0.1) << c << ' ' << dn;
+    }
+  }
+}
+
+TEST(CameraBend, IsRefinedBack) {
+  const Twin twin = testing::window_on_the_sphere(kWidth, kHeight);
+  const Images light = traced_by_reference(twin);
+  const Saturating planted[] = {{range_dn(twin), 8.0}, {range_dn(twin), 3.0}};
+  const std::vector<CameraImages> frames = frames_of(light);
+  std::vector<GridSamples> samples = samples_of(
+      light, [&](double e, std::size_t c, int, int, int) { return planted[c](kGain * e) / kGain; }, frames);
+  for (GridSamples& s : samples) s.reference_gain_dn = 0.95 * kGain;
+  Sensitivity sensitivity(testing::needed_renderer(), std::move(samples));
+  GroupFit fit(sensitivity, twin, refinable_parameters_of(twin, "camera_response"), {.exact = true});
+  expect_bends(fit, light, planted, 1.0);
+  for (const GridSamples& s : sensitivity.samples()) EXPECT_NEAR(s.gain_dn, kGain, 0.03);
+}
+
+TEST(CameraBend, IsFoundAtTheLevelsOfPixelsOfTheirOwn) {
+  const Twin twin = testing::window_on_the_sphere(kWidth, kHeight);
+  const Images light = traced_by_reference(twin);
+  const Saturating planted[] = {{range_dn(twin), 8.0}, {range_dn(twin), 3.0}};
+  const std::vector<CameraImages> frames = frames_of(light);
+  Sensitivity sensitivity(testing::needed_renderer(),
+                          samples_of(light, textured([&](double e, std::size_t c, int, int, int) {
+                                       return planted[c](kGain * e) / kGain;
+                                     }),
+                                     frames));
+  sensitivity.free_in_all(FreePerPixel::factor_and_offset);
+  GroupFit fit(sensitivity, twin, refinable_parameters_of(twin, "camera_response"),
+               {.hold_gain = true, .exact = true});
+  expect_bends(fit, light, planted, 1.0);
+}
+
+// What a value does to light is what the twin's response does that it makes, on top of one that there is.
+TEST(CameraBend, DoesAsTheTableOfTheTwin) {
+  constexpr double kCurveGain = 17.0;
+  for (const bool has_knee : {false, true}) {
+    Twin twin = testing::window_on_the_sphere(kWidth, kHeight);
+    if (has_knee) twin.cameras[1].sensor.response = knee_response(110.0, 0.6);
+    const CameraResponse given = twin.cameras[1].sensor.response;
+    std::vector<Parameter> bends = refinable_parameters_of(twin, "camera_response");
+    std::erase_if(bends, [](const Parameter& p) { return p.camera != 1u; });
+    ASSERT_EQ(bends.size(), 3u);
+    const Eigen::Vector3d values(-0.08, 0.04, -0.02);
+    const Twin fitted = with_values(twin, bends, values);
+    const CameraResponse& response = fitted.cameras[1].sensor.response;
+    GridSamples s;
+    s.gain_dn = s.reference_gain_dn = kCurveGain;
+    std::vector<float> light;
+    for (double dn = 0.0; dn < range_dn(twin); dn += 0.7)
+      light.push_back(static_cast<float>(dn / kCurveGain));
+    std::vector<float> bent = light;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      bends[static_cast<std::size_t>(k)].effect({twin, fitted, s, bent, 0.0, values[k]}, bent);
+    std::vector<float> back = bent;
+    for (Eigen::Index k = 3; k-- > 0;)
+      bends[static_cast<std::size_t>(k)].effect({twin, fitted, s, back, values[k], 0.0}, back);
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      const double dn = kCurveGain * static_cast<double>(light[i]);
+      ASSERT_NEAR(given(kCurveGain * static_cast<double>(bent[i])), response(dn), 0.01) << dn;
+      ASSERT_NEAR(back[i], light[i], 1e-5) << dn;
+    }
+  }
+}
+
+TEST(CameraBend, ACurveThatFallsIsRefused) {
+  const Twin twin = testing::window_on_the_sphere(kWidth, kHeight);
+  const std::vector<Parameter> bends = refinable_parameters_of(twin, "camera_response");
+  EXPECT_THROW(with_values(twin, {bends[1]}, Eigen::VectorXd::Constant(1, -0.5)), UserError);
+}
+
 }  // namespace
-}  // namespace fringetwin::compare::camera_knee_test
+}  // namespace fringetwin::compare::camera_curves_test
