@@ -4,9 +4,9 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kNoSpread = 1e-6;  ///< of a determinant: factor and offset do the same
+constexpr double kLeastDeterminant = 1e-6;  ///< of a determinant: factor and offset do the same
 
-struct PixelLine {
+struct LevelLine {
   double factor = 1.0, offset = 0.0;
 };
 
@@ -20,11 +20,11 @@ struct LineSums {
   }
   /// Returns the line of least squares; that of a pixel with nothing of its own where no positive factor is
   /// told.
-  PixelLine line(FreePerPixel free) const {
-    if (free == FreePerPixel::offset) return xx > 0.0 ? PixelLine{1.0, (rx - ex) / xx} : PixelLine{};
-    if (free == FreePerPixel::factor) return re > 0.0 ? PixelLine{re / ee, 0.0} : PixelLine{};
+  LevelLine line(FreePerPixel free) const {
+    if (free == FreePerPixel::offset) return xx > 0.0 ? LevelLine{1.0, (rx - ex) / xx} : LevelLine{};
+    if (free == FreePerPixel::factor) return re > 0.0 ? LevelLine{re / ee, 0.0} : LevelLine{};
     const double det = ee * xx - ex * ex, of_factor = re * xx - rx * ex;
-    if (!(det > kNoSpread * ee * xx) || !(of_factor > 0.0)) return {};
+    if (!(det > kLeastDeterminant * ee * xx) || !(of_factor > 0.0)) return {};
     return {of_factor / det, (ee * rx - ex * re) / det};
   }
 };
@@ -45,7 +45,7 @@ OwnLevels::OwnLevels(const GridSamples& s, const std::vector<float>& irradiance,
       if (const std::size_t i = p * n + k; s.weight[i] > 0.0F && s.light_of(k) > 0.0)
         sums.add(static_cast<double>(irradiance[i]), exposure(k),
                  static_cast<double>(real[i]) / s.light_of(k));
-    const PixelLine own = free == FreePerPixel::nothing ? PixelLine{} : sums.line(free);
+    const LevelLine own = free == FreePerPixel::nothing ? LevelLine{} : sums.line(free);
     for (std::size_t k = 0; k < n; ++k) {
       const double light = s.light_of(k) > 0.0 ? s.light_of(k) : 1.0;
       factor_[p * n + k] = static_cast<float>(light * own.factor);
