@@ -175,7 +175,7 @@ def bent(response, textured):
     def plant(rig, twin, random):
         rig.camera_response = response
         if textured:
-            rig.reflectivity = lambda which, P: 0.65 * (1 + 0.45 * np.sin(0.25 * P[..., 0]) * np.sin(0.2 * P[..., 1]))
+            rig.reflectivity = lambda which, P: 0.65 * (1 + 0.45 * np.sin(0.04 * P[..., 0] + 1) * np.sin(0.03 * P[..., 1] + 1))
     return plant
 
 
