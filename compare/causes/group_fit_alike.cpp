@@ -17,6 +17,10 @@ namespace {
 constexpr double kAlike = 0.98;      ///< canonical correlation of two groups
 constexpr double kSameLight = 1e-6;  ///< smallest eigenvalue of the correlation matrix
 
+/// Returns what a group is told apart from others as: a field is the harmonics' own, further terms of the
+/// same numbers, whose mean over what is seen of the projector's image need not be its first term.
+std::string told_as(const std::string& group) { return group == "harmonics_field" ? "harmonics" : group; }
+
 }  // namespace
 
 std::string GroupFit::cannot_be_told() {
@@ -34,8 +38,9 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
   for (std::size_t k = 0; k < parameters_.size(); ++k) {
     if (!known_[k].told || !(e.normal(k, k) > 0.0)) continue;
     all.push_back(k);
-    if (std::ranges::find(groups, parameters_[k].group) == groups.end())
-      groups.push_back(parameters_[k].group);
+    if (const std::string group = told_as(parameters_[k].group);
+        std::ranges::find(groups, group) == groups.end())
+      groups.push_back(group);
   }
   const auto m = static_cast<Eigen::Index>(all.size());
   const std::vector<std::size_t> told = all, sensors = sensors_of(free);
@@ -50,7 +55,7 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
   const auto members = [&](const std::string& group) {
     std::vector<Eigen::Index> in;
     for (Eigen::Index i = 0; i < m; ++i)
-      if (parameters_[told[i]].group == group) in.push_back(i);
+      if (told_as(parameters_[told[i]].group) == group) in.push_back(i);
     return in;
   };
   std::string sentence;

@@ -43,8 +43,8 @@ report::Plot pattern_plot(const PatternRow& row, double scale) {
   return plot;
 }
 
-/// Draws the cells of a camera, which stand row by row.
-std::string pattern_map(const PatternProfile& p, double scale) {
+/// Draws the cells of a camera, which stand row by row: places, or phases across and places down.
+std::string pattern_map(const PatternRow& row, const PatternProfile& p, double scale) {
   const auto across = static_cast<std::size_t>(std::ranges::count(p.at_y, p.at_y.front()));
   const std::size_t down = p.at.size() / across;
   const double width = p.at[across - 1] - p.at[0], height = p.at_y.back() - p.at_y[0],
@@ -62,10 +62,13 @@ std::string pattern_map(const PatternProfile& p, double scale) {
                                .unit = "σ",
                                .title = "mean of what is left",
                                .max_width_px = kPatternMapPx};
-  return titled_map(fmt::format("{}: x {}…{} px, y {}…{} px", report::escape_html(p.camera),
-                                report::fixed(p.at[0], 0), report::fixed(p.at.back(), 0),
-                                report::fixed(p.at_y[0], 0), report::fixed(p.at_y.back(), 0)),
-                    report::map_html(map, style));
+  const std::string axes =
+      row.coordinate == "place"
+          ? fmt::format("x {}…{} px, y {}…{} px", report::fixed(p.at[0], 0), report::fixed(p.at.back(), 0),
+                        report::fixed(p.at_y[0], 0), report::fixed(p.at_y.back(), 0))
+          : fmt::format("phase 0…2π across, {} places of the image down, row by row",
+                        report::fixed(p.at_y.back(), 0));
+  return titled_map(fmt::format("{}: {}", report::escape_html(p.camera), axes), report::map_html(map, style));
 }
 
 }  // namespace
@@ -76,21 +79,22 @@ std::string pattern_html(const Comparison& c) {
   table.caption =
       "What is left of the gray values follows: shares of the excess that means over each of these take "
       "away, "
-      "each quarter of the image (for places: of the images) predicted from the other three.";
+      "each quarter of the image (by place: of the images) predicted from the other three.";
   const double scale = largest_mean(c.causes.pattern);
   std::vector<report::Plot> plots;
   std::string parts, maps;
   for (const PatternRow& row : c.causes.pattern)
-    if (row.coordinate != "place")
+    if (row.coordinate != "place" && row.coordinate != "phase_by_place")
       plots.push_back(pattern_plot(row, scale));
     else
-      for (const PatternProfile& p : row.profile) maps += pattern_map(p, scale);
+      for (const PatternProfile& p : row.profile) maps += pattern_map(row, p, scale);
   for (const std::string& svg : report::plots_or_sentences(plots, "pattern"))
     parts += "<div class=\"map\">" + svg + "</div>";
   return table.html() + "<figure><div class=\"maps\">" + parts + maps +
          "</div><figcaption>Means of real − predicted in standard deviations of a gray value (σ): over the "
          "predicted level, the phase of the fringes (0 where they are brightest), the images, the distance "
-         "from the middle of the camera's image, and the place.</figcaption></figure>";
+         "from the middle of the camera's image, the place, and the phase at places "
+         "apart.</figcaption></figure>";
 }
 
 }  // namespace fringetwin::compare

@@ -32,8 +32,12 @@ constexpr CoordinateWords kCoordinates[] = {
     {"phase", "rad", "the phase of the fringes", "waveform of the fringes"},
     {"image", "", "the image number", "light that changes from image to image"},
     {"radius", "px", "the radius from the middle of the image", "lens or vignetting of the camera"},
-    {"place", "px", "the place in the image", "surfaces or light there, see the map"}};
-constexpr std::size_t kPlace = 4;  ///< among these
+    {"place", "px", "the place in the image", "surfaces or light there, see the map"},
+    {"phase_by_place", "rad", "the phase of the fringes, from place to place another way",
+     "waveform of the fringes that differs over the image (harmonics_field)"}};
+constexpr std::size_t kPhase = 1, kPlace = 4, kPhaseByPlace = 5;  ///< among these
+/// Cells along each side of the image, and bins of the phase in each: a seventh harmonic is seen.
+constexpr int kPhaseCells = 4, kPhaseBins = 32;
 constexpr const char* kContrastOrShift = "contrast or shift of the fringes";
 
 /// The values of one camera, sorted into bins.
@@ -62,14 +66,14 @@ Bins bins_of_equal_count(const std::vector<float>& values) {
   return bins;
 }
 
-Bins bins_of_phase(const std::vector<LeftValue>& values) {
+/// Returns so many bins of a period.
+Bins bins_of_phase(const std::vector<LeftValue>& values, int n_bins) {
   Bins bins;
   for (const LeftValue& v : values) {
     const double turns = static_cast<double>(v.phase_rad) / kTwoPi, within = turns - std::floor(turns);
-    bins.of.push_back(
-        std::isfinite(turns) ? std::min(kPatternBins - 1, static_cast<int>(kPatternBins * within)) : -1);
+    bins.of.push_back(std::isfinite(turns) ? std::min(n_bins - 1, static_cast<int>(n_bins * within)) : -1);
   }
-  for (int b = 0; b < kPatternBins; ++b) bins.at.push_back(kTwoPi * (b + 0.5) / kPatternBins);
+  for (int b = 0; b < n_bins; ++b) bins.at.push_back(kTwoPi * (b + 0.5) / n_bins);
   return bins;
 }
 
@@ -86,21 +90,35 @@ Bins bins_of_images(const std::vector<LeftValue>& values) {
   return bins;
 }
 
-/// Returns kCells x kCells cells, row by row, over the part of the image that holds values.
-Bins bins_of_place(const std::vector<LeftValue>& values) {
+/// Returns n x n cells, row by row, over the part of the image that holds values.
+Bins bins_of_place(const std::vector<LeftValue>& values, int n) {
   const auto [left, right] = std::ranges::minmax(values, {}, &LeftValue::x_px);
   const auto [top, bottom] = std::ranges::minmax(values, {}, &LeftValue::y_px);
-  const float x0 = left.x_px, y0 = top.y_px, width = right.x_px - x0 + 1.0F, height = bottom.y_px - y0 + 1.0F;
+  const float x0 = left.x_px, y0 = top.y_px, width = right.x_px - x0 + 1.0F, height = bottom.y_px - y0 + 1.0F,
+              side = static_cast<float>(n);
   Bins bins;
   for (const LeftValue& v : values)
-    bins.of.push_back(static_cast<int>(kCells * (v.y_px - y0) / height) * kCells +
-                      static_cast<int>(kCells * (v.x_px - x0) / width));
-  for (int b = 0; b < kCells * kCells; ++b) {
-    bins.at.push_back(static_cast<double>(x0) - 0.5 +
-                      (b % kCells + 0.5) * static_cast<double>(width) / kCells);
-    bins.at_y.push_back(static_cast<double>(y0) - 0.5 +
-                        (b / kCells + 0.5) * static_cast<double>(height) / kCells);
+    bins.of.push_back(static_cast<int>(side * (v.y_px - y0) / height) * n +
+                      static_cast<int>(side * (v.x_px - x0) / width));
+  for (int b = 0; b < n * n; ++b) {
+    bins.at.push_back(static_cast<double>(x0) - 0.5 + (b % n + 0.5) * static_cast<double>(width) / n);
+    bins.at_y.push_back(static_cast<double>(y0) - 0.5 + (b / n + 0.5) * static_cast<double>(height) / n);
   }
+  return bins;
+}
+
+/// Returns the bins of a period in each of kPhaseCells x kPhaseCells cells, cell by cell; at_y: number of the
+/// cell, from 1.
+Bins bins_of_phase_by_place(const std::vector<LeftValue>& values) {
+  const Bins cells = bins_of_place(values, kPhaseCells), phases = bins_of_phase(values, kPhaseBins);
+  Bins bins;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    bins.of.push_back(phases.of[i] < 0 ? -1 : cells.of[i] * kPhaseBins + phases.of[i]);
+  for (std::size_t cell = 0; cell < cells.at.size(); ++cell)
+    for (const double phase_rad : phases.at) {
+      bins.at.push_back(phase_rad);
+      bins.at_y.push_back(static_cast<double>(cell + 1));
+    }
   return bins;
 }
 
@@ -111,10 +129,11 @@ Bins bins_of(std::size_t coordinate, const LeftOver& camera) {
                           ? v.level_dn
                           : static_cast<float>(std::hypot(static_cast<double>(v.x_px) - camera.middle_x_px,
                                                           static_cast<double>(v.y_px) - camera.middle_y_px)));
-  return coordinate == 1        ? bins_of_phase(camera.values)
-         : coordinate == 2      ? bins_of_images(camera.values)
-         : coordinate == kPlace ? bins_of_place(camera.values)
-                                : bins_of_equal_count(numbers);
+  return coordinate == kPhase          ? bins_of_phase(camera.values, kPatternBins)
+         : coordinate == 2             ? bins_of_images(camera.values)
+         : coordinate == kPlace        ? bins_of_place(camera.values, kCells)
+         : coordinate == kPhaseByPlace ? bins_of_phase_by_place(camera.values)
+                                       : bins_of_equal_count(numbers);
 }
 
 /// Returns the quarter of the camera's values that each lies in: the medians of x, and of y on either side.
@@ -191,21 +210,23 @@ std::vector<double> without_means(std::vector<double> left, const SortedValues& 
   return left;
 }
 
-/// Returns the harmonic that holds half or more of the squares of means over the phase, 0 where none does.
-std::uint64_t main_harmonic(const std::vector<PatternProfile>& profiles) {
+/// Returns the harmonic that holds half or more of the squares of means over the phase, of which every
+/// `n_bins` are a period, 0 where none does.
+std::uint64_t main_harmonic(const std::vector<PatternProfile>& profiles, std::size_t n_bins) {
   for (int h = 1; h <= kMostHarmonic; ++h) {
     double in_it = 0.0, in_all = 0.0;
-    for (const PatternProfile& p : profiles) {
-      std::complex<double> sum = 0.0;
-      double n = 0.0;
-      for (std::size_t b = 0; b < p.at.size(); ++b) {
-        if (!(p.n[b] > 0.0)) continue;
-        sum += p.n[b] * p.mean[b] * std::polar(1.0, h * p.at[b]);
-        in_all += p.n[b] * p.mean[b] * p.mean[b];
-        n += p.n[b];
+    for (const PatternProfile& p : profiles)
+      for (std::size_t first = 0; first < p.at.size(); first += n_bins) {
+        std::complex<double> sum = 0.0;
+        double n = 0.0;
+        for (std::size_t b = first; b < first + n_bins; ++b) {
+          if (!(p.n[b] > 0.0)) continue;
+          sum += p.n[b] * p.mean[b] * std::polar(1.0, h * p.at[b]);
+          in_all += p.n[b] * p.mean[b] * p.mean[b];
+          n += p.n[b];
+        }
+        if (n > 0.0) in_it += 2.0 * std::norm(sum) / n;
       }
-      if (n > 0.0) in_it += 2.0 * std::norm(sum) / n;
-    }
     if (in_it >= 0.5 * in_all && in_all > 0.0) return static_cast<std::uint64_t>(h);
   }
   return 0;
@@ -230,9 +251,10 @@ class PatternSearch {
       by.row.alone = share(taken.gain);
       fill_profile(by.row, taken);
     }
-    sorted_[1].row.harmonic = main_harmonic(sorted_[1].row.profile);
-    for (int order = 1; take_best(order); ++order) {
-    }
+    sorted_[kPhase].row.harmonic = main_harmonic(sorted_[kPhase].row.profile, kPatternBins);
+    int order = 1;
+    while (take_best(order)) ++order;
+    take_phase_by_place(order);
     std::vector<PatternRow> rows;
     for (SortedValues& by : sorted_) rows.push_back(std::move(by.row));
     return rows;
@@ -250,7 +272,7 @@ class PatternSearch {
       SortedValues& by = sorted_[c];
       Bins bins = bins_of(c, camera);
       for (const int bin : bins.of) by.bin.push_back(bin < 0 ? -1 : bin + static_cast<int>(by.n_bins));
-      const auto& part = c == kPlace ? by_sequence : by_image;
+      const auto& part = c == kPlace || c == kPhaseByPlace ? by_sequence : by_image;
       by.part.insert(by.part.end(), part.begin(), part.end());
       by.n_bins += bins.at.size();
       by.row.profile.push_back({camera.camera, std::move(bins.at), std::move(bins.at_y), {}, {}});
@@ -275,7 +297,7 @@ class PatternSearch {
   /// told apart.
   std::vector<std::size_t> alike(std::size_t first, const std::vector<Taken>& taken) const {
     std::vector<std::size_t> all;
-    for (std::size_t c = 0; c < sorted_.size(); ++c)
+    for (std::size_t c = 0; c < kPhaseByPlace; ++c)
       if (c != first && sorted_[c].row.order == 0 && taken[c].gain >= least(c) &&
           take_means(without_means(left_, sorted_[c], taken[c]), sorted_[first]).gain < least(first))
         all.push_back(c);
@@ -289,7 +311,7 @@ class PatternSearch {
     for (const SortedValues& by : sorted_) taken.push_back(take_means(left_, by));
     const auto gain_of = [&](std::size_t c) { return sorted_[c].row.order == 0 ? taken[c].gain : 0.0; };
     std::size_t best = 0;
-    for (std::size_t c = 1; c < sorted_.size(); ++c)
+    for (std::size_t c = 1; c < kPhaseByPlace; ++c)
       if (gain_of(c) > gain_of(best)) best = c;
     if (!(gain_of(best) >= least(best))) return false;
     std::vector<std::size_t> together = alike(best, taken);
@@ -305,6 +327,17 @@ class PatternSearch {
     }
     left_ = without_means(std::move(left_), sorted_[best], taken[best]);
     return true;
+  }
+
+  /// The same of what holds the phase and the place, too, and therefore comes after both.
+  void take_phase_by_place(int order) {
+    SortedValues& by = sorted_[kPhaseByPlace];
+    const Taken taken = take_means(left_, by);
+    if (!(taken.gain >= least(kPhaseByPlace))) return;
+    by.row.order = order;
+    by.row.in_order = share(taken.gain);
+    fill_profile(by.row, taken);  // without what the others have taken
+    by.row.harmonic = main_harmonic(by.row.profile, kPhaseBins);
   }
 
   double excess_;
@@ -353,9 +386,8 @@ std::string pattern_sentence(const std::vector<PatternRow>& rows) {
     named += (order > 1 ? ", then " : "") + next;
   }
   if (named.empty())
-    return "what is left follows none of gray level, phase of the fringes, image number, radius and place: "
-           "no "
-           "pattern found";
+    return "what is left follows none of gray level, phase of the fringes (nor by place), image number, "
+           "radius and place: no pattern found";
   return "what is left follows " + named + (rows[kPlace].alone < kNamedShare ? ", not the place" : "");
 }
 

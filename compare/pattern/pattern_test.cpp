@@ -185,8 +185,8 @@ TEST(Pattern, NoiseFollowsNothing) {
   EXPECT_THAT(named(rows), IsEmpty());
   EXPECT_EQ(
       pattern_sentence(rows),
-      "what is left follows none of gray level, phase of the fringes, image number, radius and place: no "
-      "pattern found");
+      "what is left follows none of gray level, phase of the fringes (nor by place), image number, radius "
+      "and place: no pattern found");
 }
 
 TEST(Pattern, TwoAtOnceAreBothNamedTheLargerOneFirst) {
@@ -205,6 +205,35 @@ TEST(Pattern, LevelAndPhaseOfAnEvenSurfaceCannotBeToldApart) {
   EXPECT_THAT(named(rows), ElementsAre("gray_level", "phase"));
   EXPECT_EQ(row_of(rows, "gray_level").order, row_of(rows, "phase").order);
   EXPECT_THAT(pattern_sentence(rows), HasSubstr("cannot be told apart here"));
+}
+
+// A harmonic of one sign at the left and the other at the right is nothing on average over the image.
+TEST(Pattern, PhaseThatDiffersFromPlaceToPlace) {
+  const auto of_both = [](const LeftValue& v) {
+    return (static_cast<double>(v.x_px) - 29.5) / 20.0 * std::cos(5.0 * static_cast<double>(v.phase_rad));
+  };
+  const LeftOver left = camera(of_both);
+  const auto rows = pattern_of(left);
+  EXPECT_THAT(named(rows), ElementsAre("phase_by_place"));
+  EXPECT_LT(row_of(rows, "phase").alone, 0.05);
+  EXPECT_LT(row_of(rows, "place").alone, 0.05);
+  const PatternRow& row = row_of(rows, "phase_by_place");
+  EXPECT_GT(row.alone, 0.85);  // columns of 15 px hold 15/16 of a slope's squares, 32 bins 92 % of them
+  EXPECT_EQ(row.harmonic, 5u);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("from place to place another way (5th harmonic)"));
+  const PatternProfile& p = row.profile[0];
+  ASSERT_EQ(p.mean.size(), 16u * 32u);
+  EXPECT_EQ(p.at_y[31], 1.0);
+  EXPECT_EQ(p.at_y[32], 2.0);
+  EXPECT_LT(p.mean[0], -0.5);      // the first cell is at the left, and the fringes are brightest there
+  EXPECT_GT(p.mean[3 * 32], 0.5);  // the last of its row
+}
+
+// Phase and place that are two errors are named as those.
+TEST(Pattern, PhaseAndPlaceApartAreNoPhaseByPlace) {
+  EXPECT_THAT(named(pattern_of(camera([](const LeftValue& v) { return of_phase(v) + of_place(v); }))),
+              ElementsAre("place", "phase"));
+  EXPECT_THAT(named(pattern_of(camera(of_phase))), ElementsAre("phase"));
 }
 
 TEST(Pattern, WhatHasNoPhaseAndACameraThatSeesNothingAreNoHindrance) {

@@ -273,7 +273,9 @@ struct PatternProfile {
     using Row = PatternProfile;
     f.name("camera", "camera of the twin", &Row::camera);
     f.add("at", "the coordinate, in the row's unit; x of a place", &Row::at);
-    f.add("at_y", "y of a place, px; empty for the others", &Row::at_y);
+    f.add("at_y",
+          "y of a place, px; number of the cell of phase_by_place, from 1, row by row; empty for the others",
+          &Row::at_y);
     f.add("mean", "real - predicted, in standard deviations of a gray value", &Row::mean);
     f.add("n", "gray values", &Row::n);
   }
@@ -291,7 +293,7 @@ struct PatternRow {
   static void describe(auto& f) {
     using Row = PatternRow;
     f.name("coordinate", "what the gray values are sorted by", &Row::coordinate)
-        .one_of({"gray_level", "phase", "image", "radius", "place"})
+        .one_of({"gray_level", "phase", "image", "radius", "place", "phase_by_place"})
         .shown({"what is left over"});
     f.add("unit", "its unit", &Row::unit);
     f.add("alone", "share of the excess that its means take away", &Row::alone)
@@ -301,7 +303,8 @@ struct PatternRow {
         .shown({"order"});
     f.add("in_order", "share of the excess that its means take away after those before it", &Row::in_order)
         .shown({"after those before", "%", Column::fixed, 1, 100.0});
-    f.add("harmonic", "phase: the harmonic that holds most of the means' squares, else 0", &Row::harmonic);
+    f.add("harmonic", "phase, phase_by_place: the harmonic that holds most of the means' squares, else 0",
+          &Row::harmonic);
     f.add("profile", "the means, of each camera", &Row::profile);
   }
 };

@@ -165,6 +165,28 @@ add_case("refine_blur_field", "surface", "the projector is sharper in its middle
          values={"projector.blur_px": 1.5, **{f"projector.blur_field_px2.{k}": c for k, c in BLUR_FIELD.items()}})
 
 
+# (cosine, sine) of the fifth harmonic: the same all over, and by terms over the projector's image
+FIFTH = {"": (0.01, 0.006), "1_0": (0.01, 0.02), "2_0": (-0.03, 0.02)}
+
+
+def fifth_harmonic_over_the_projector(rig, twin, random):
+    """A parabola across the projector's image, of which the camera sees a part."""
+    def more(phase, u, v):
+        a = 2 * (u + 0.5) / PROJECTOR_SIZE[0] - 1
+        terms = {"": 1, "1_0": a, "2_0": (3 * a * a - 1) / 2}
+        return sum(terms[t] * (c * np.cos(5 * phase) + s * np.sin(5 * phase)) for t, (c, s) in FIFTH.items())
+    rig.waveform = more
+    rig.pitches_px = twin.pitches_px = [60, 64, 68]  # pixels resolve a fifth of these
+
+
+FIFTH_NAMES = {t: "projector.harmonic." if t == "" else f"projector.harmonics_field.{t}." for t in FIFTH}
+add_case("refine_harmonics_field", "light", "the fringe's fifth harmonic follows a parabola across the projector's image, of which "
+         "the camera sees a part; `--refine harmonics,harmonics_field`", fifth_harmonic_over_the_projector,
+         dict(scene="ball", steps=8, nodes=6), expect="explained", refine="harmonics,harmonics_field",
+         values={FIFTH_NAMES[t] + "5" + name: part for t, pair in FIFTH.items()
+                 for name, part in zip(("", ".quadrature"), pair)})
+
+
 def saturating(x):
     """Straight up to a twentieth of the scale, then less and less steep: 5.5 % below the line at full scale."""
     over = np.maximum(x - 0.05, 0)

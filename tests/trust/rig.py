@@ -90,6 +90,7 @@ class Rig:
         self.lamp = None  # unit vector towards a far lamp that is on all the time, and its irradiance on a white surface
         self.besides_factor = None  # a factor on the light of room and lamp in each image
         self.blur_field = None  # (u, v) -> variance in px^2 by which the blur of the fringes differs from blur_px there
+        self.waveform = None  # (phase in rad, u, v) -> light that phase steps have besides a sinusoid's
         self.halo = []  # (share, sigma in px) of light that the projector spreads further than its blur
         self.image_factor = None  # a factor on the light of each image
         self.fringe_shift_px = None  # how far the fringes of each image are shifted along the projector's coordinate
@@ -137,15 +138,17 @@ class Rig:
         rest = 1 - sum(share for share, _ in self.halo)
         return [(rest, self.blur_px)] + [(share, np.hypot(self.blur_px, sigma)) for share, sigma in self.halo]
 
-    def light(self, pattern, u, more_blur_px2=0.0):
+    def light(self, pattern, u, more_blur_px2=0.0, place=None):
         """What the projector throws in a phase step at projector coordinate u, 0 ... 1, where its blur differs by
-        more_blur_px2."""
+        more_blur_px2; place: (u, v) there, for a waveform that is not the same all over."""
         _, k, n = pattern
         pitch = self.pitches_px[k]
         phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
         kept = np.exp(-2 * np.pi**2 * more_blur_px2 / pitch**2)
         level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
-        return self.projector_response(level) if self.projector_response else level
+        if self.projector_response:
+            level = self.projector_response(level)
+        return level + self.waveform(phase, *place) if self.waveform else level
 
     def bit_integral(self, pattern):
         """Projector coordinates, and the integral up to there of what the projector throws in an image of the code: tabulated in
@@ -181,11 +184,12 @@ class Rig:
             for ib, (b, wb) in enumerate(zip(nodes, weights)):
                 for k, pattern in enumerate(patterns):
                     if k == 0 or self.motion_mm is not None:
-                        factor, coordinate, besides, more_blur = self.traced(camera, X, Y, a / 2, b / 2, k / (len(patterns) - 1) - 0.5)
+                        factor, place, besides, more_blur = self.traced(camera, X, Y, a / 2, b / 2, k / (len(patterns) - 1) - 0.5)
+                        coordinate = place[0 if self.direction == "x" else 1]
                     shift = 0 if self.fringe_shift_px is None else self.fringe_shift_px[k]
                     lamps = besides if self.besides_factor is None else besides * self.besides_factor[k]
                     if pattern[0] == "step":
-                        shown = self.light(pattern, coordinate + shift, more_blur)
+                        shown = self.light(pattern, coordinate + shift, more_blur, place)
                     else:
                         axis, node, i = (1, a, ia) if self.direction == "x" else (0, b, ib)
                         per_px = np.gradient(coordinate, axis=axis)
@@ -196,7 +200,7 @@ class Rig:
 
     def traced(self, camera, X, Y, right, down, time):
         """Of the points `right` and `down` of the pixels' centres: what the camera gets of a level of 1 of the projector, the
-        coordinate in the projector along which its fringes run, the light besides, and by how much the blur's variance differs.
+        place (u, v) in the projector, the light besides, and by how much the blur's variance differs.
         time: -0.5 ... 0.5."""
         eye, d = self.projector.eye, camera.directions(X + right, Y + down)
         things = self.things if self.motion_mm is None else self.things_at(time)
@@ -226,7 +230,7 @@ class Rig:
         if self.camera_field:
             seen = self.camera_field(X + right, Y + down)
             factor, besides = factor * seen, besides * seen
-        return factor, u if self.direction == "x" else v, besides, self.blur_field(u, v) if self.blur_field else 0.0
+        return factor, (u, v), besides, self.blur_field(u, v) if self.blur_field else 0.0
 
     def things_at(self, time):
         moved = dict(self.things[0], center_mm=self.things[0]["center_mm"] + self.motion_mm * time)
