@@ -81,7 +81,9 @@ void bend(const CameraResponse& as_given, const Knee& from, const Knee& to, doub
   }
 }
 
-constexpr int kTablePoints = 20;  ///< between the corners of a bend's table: within 2e-3 DN of it
+constexpr double kBendsFrom = 0.05;  ///< of the range: straight below, so that the gain is the slope there
+/// Of a bend's table: within R/10,000 of a curve of 0.05, whose second derivative is 2.5 at most.
+constexpr int kTablePoints = 40;
 constexpr double kMostBend = 0.5;
 constexpr int kMostNewtonSteps = 20;
 
@@ -94,15 +96,15 @@ struct Bend {
     double value, slope;
   };
   Point at(double x_dn, double c) const {
-    constexpr double from = 1.0 / kTablePoints;
-    const double r = x_dn / range_dn, s = std::clamp((r - from) / (1.0 - from), 0.0, 1.0), z = 2.0 * s - 1.0;
+    const double r = x_dn / range_dn, s = std::clamp((r - kBendsFrom) / (1.0 - kBendsFrom), 0.0, 1.0),
+                 z = 2.0 * s - 1.0;
     const double t = order == 0   ? 1.0
                      : order == 1 ? z
                                   : 2.0 * z * z - 1.0,
                  dt = order == 0   ? 0.0
                       : order == 1 ? 2.0
                                    : 8.0 * z;
-    const double slope = c * (2.0 * s * t + s * s * dt) / (1.0 - from);
+    const double slope = c * (2.0 * s * t + s * s * dt) / (1.0 - kBendsFrom);
     const double beyond_dn = std::max(0.0, x_dn - range_dn);
     return {x_dn + range_dn * c * s * s * t + slope * beyond_dn, 1.0 + slope};
   }

@@ -10,7 +10,8 @@
 // | sigma of a slope | 2e-3      | the same over 100 DN: 0.3/100/sqrt(5000)                          |
 // | chi2             | 1.02      | 46,080 values: sqrt(2/n) = 0.0066                                 |
 // | curve as fitted  | 0.1 DN    | 3 sigma at the ends of the levels of 1,920 pixels, polynomials of four |
-// | table of a curve | 0.03 DN   | curvature 0.28/(0.9 R), R 248 DN, over steps of R/20: R 0.31/400/8      |
+// | table of a curve | 0.04 DN   | second derivative 2*0.08 + 10*0.04 + 50*0.02 over 0.9 R, steps of R/40:
+// R 1.7/1600/8 |
 #include "compare/causes/camera_curves.hpp"
 
 #include <gtest/gtest.h>
@@ -272,7 +273,7 @@ TEST(CameraBend, DoesAsTheTableOfTheTwin) {
       bends[static_cast<std::size_t>(k)].effect({twin, fitted, s, back, values[k], 0.0}, back);
     for (std::size_t i = 0; i < light.size(); ++i) {
       const double dn = kCurveGain * static_cast<double>(light[i]);
-      ASSERT_NEAR(given(kCurveGain * static_cast<double>(bent[i])), response(dn), 0.03) << dn;
+      ASSERT_NEAR(given(kCurveGain * static_cast<double>(bent[i])), response(dn), 0.04) << dn;
       ASSERT_NEAR(back[i], light[i], 1e-5) << dn;
     }
   }

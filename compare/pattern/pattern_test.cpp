@@ -218,7 +218,9 @@ TEST(Pattern, PhaseThatDiffersFromPlaceToPlace) {
   EXPECT_LT(row_of(rows, "phase").alone, 0.05);
   EXPECT_LT(row_of(rows, "place").alone, 0.05);
   const PatternRow& row = row_of(rows, "phase_by_place");
-  EXPECT_GT(row.alone, 0.85);  // columns of 15 px hold 15/16 of a slope's squares, 32 bins 92 % of them
+  // columns of 15 px hold 15/16 of a slope's squares, 32 bins 92 % of them, other images lie elsewhere in
+  // both
+  EXPECT_GT(row.alone, 0.7);
   EXPECT_EQ(row.harmonic, 5u);
   EXPECT_THAT(pattern_sentence(rows), HasSubstr("from place to place another way (5th harmonic)"));
   const PatternProfile& p = row.profile[0];
