@@ -82,7 +82,7 @@ void bend(const CameraResponse& as_given, const Knee& from, const Knee& to, doub
 }
 
 constexpr double kBendsFrom = 0.05;  ///< of the range: straight below, so that the gain is the slope there
-/// Of a bend's table: within R/10,000 of a curve of 0.05, whose second derivative is 2.5 at most.
+/// Of a bend's table: within R/4,000 of a curve of 0.05, whose second derivative is 2.5 at most.
 constexpr int kTablePoints = 40;
 constexpr double kMostBend = 0.5;
 constexpr int kMostNewtonSteps = 20;
