@@ -82,7 +82,8 @@ void bend(const CameraResponse& as_given, const Knee& from, const Knee& to, doub
 }
 
 constexpr double kBendsFrom = 0.05;  ///< of the range: straight below, so that the gain is the slope there
-/// Of a bend's table: within R/4,000 of a curve of 0.05, whose second derivative is 2.5 at most.
+/// Of a bend's table, over what the camera gives: within R/4,000 of a curve of 0.05, whose second derivative
+/// is 2.5 at most.
 constexpr int kTablePoints = 40;
 constexpr double kMostBend = 0.5;
 constexpr int kMostNewtonSteps = 20;
@@ -122,11 +123,12 @@ struct Bend {
   }
 };
 
-/// Puts corners on a curve at equal distances up to full range; it stays the same curve.
-void add_corners(CameraResponse& f, double range_dn) {
+/// Puts corners on a curve where the response `as_given` gives equal distances, as far as bends need it to
+/// give the whole range; it stays the same curve. Again, it adds none.
+void add_corners(CameraResponse& f, const CameraResponse& as_given, double range_dn) {
   std::vector<CameraResponse::Corner> all = f.corners;
-  for (int k = 1; k <= kTablePoints; ++k) {
-    const double in_dn = k * range_dn / kTablePoints;
+  for (int k = 1; k <= static_cast<int>((1.0 + kMostBend) * kTablePoints); ++k) {
+    const double in_dn = as_given.inverse(k * range_dn / kTablePoints);
     if (std::ranges::none_of(f.corners, [&](const CameraResponse::Corner& c) {
           return std::abs(c.in_dn - in_dn) < 1e-6 * range_dn;
         }))
@@ -136,10 +138,11 @@ void add_corners(CameraResponse& f, double range_dn) {
   f.corners = std::move(all);
 }
 
-/// Bends what a camera gives. Throws UserError(usage) where the curve would not rise.
-void bend_response(CameraResponse& f, const Bend& bend, double c) {
+/// Bends what a camera gives, which gave `as_given` before all bends. Throws UserError(usage) where the curve
+/// would not rise.
+void bend_response(CameraResponse& f, const CameraResponse& as_given, const Bend& bend, double c) {
   if (c == 0.0) return;
-  add_corners(f, bend.range_dn);
+  add_corners(f, as_given, bend.range_dn);
   for (CameraResponse::Corner& corner : f.corners) corner.out_dn = bend(corner.out_dn, c);
   for (std::size_t k = 1; k < f.corners.size(); ++k)
     if (!(f.corners[k].out_dn > f.corners[k - 1].out_dn))
@@ -173,7 +176,9 @@ std::vector<Parameter> bend_parameters(const Twin& twin, std::size_t camera) {
     Parameter p =
         curve("camera_response", fmt::format("{}.response.bend_{}", twin.cameras[camera].name, order + 1),
               0.0, 0.01, bend_effect(sensor.response, bend));
-    p.change = [=](Twin& t, double d) { bend_response(t.cameras[camera].sensor.response, bend, d); };
+    p.change = [=, as_given = sensor.response](Twin& t, double d) {
+      bend_response(t.cameras[camera].sensor.response, as_given, bend, d);
+    };
     p.is_closed = p.told_at_gain = true;
     p.smallest = -kMostBend, p.largest = kMostBend;
     p.camera = camera;

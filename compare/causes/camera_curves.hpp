@@ -11,8 +11,8 @@ namespace fringetwin::compare {
 std::vector<Parameter> response_parameters(const Camera& camera);
 
 /// Returns what `--refine camera_response` fits: three numbers c that bend what the camera's response gives,
-/// f(x) + R (c1 s^2 + c2 s^2 T1(2 s - 1) + c3 s^2 T2(2 s - 1)), R the sensor's range above black, s from 0 at
-/// R/20 to 1 at R, one after the other. The twin holds the curve as a table.
+/// one after the other: y becomes y + R c s^2 T_k(2 s - 1), k = 0, 1, 2, R the sensor's range above black, s
+/// from 0 at y = R/20 to 1 at R. The twin holds the curve as a table.
 std::vector<Parameter> bend_parameters(const Twin& twin, std::size_t camera);
 
 /// Returns the slope beyond the knee and, after it, the knee's place, in this order: the place's effect is

@@ -20,6 +20,7 @@
 #include <cmath>
 
 #include "compare/causes/group_fit.hpp"
+#include "compare/causes/own_levels.hpp"
 #include "compare/causes/parameters.hpp"
 #include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
@@ -245,6 +246,47 @@ TEST(CameraBend, IsFoundAtTheLevelsOfPixelsOfTheirOwn) {
   GroupFit fit(sensitivity, twin, refinable_parameters_of(twin, "camera_response"),
                {.hold_gain = true, .exact = true});
   expect_bends(fit, light, planted, 1.0);
+}
+
+// Levels of a pixel by plain numbers: 5 images, of which one has other exposure and one other light.
+TEST(OwnLevels, AreThoseOfThePixelsNumbers) {
+  const std::vector<float> e{1.0F, 2.0F, 4.0F, 3.0F, 5.0F};
+  const std::vector<double> exposure{1.0, 1.1, 1.0, 1.0, 1.0};
+  struct Own {
+    FreePerPixel free;
+    double factor, offset;
+  };
+  for (const Own& own : {Own{FreePerPixel::factor_and_offset, 0.6, 0.4}, Own{FreePerPixel::factor, 1.7, 0.0},
+                         Own{FreePerPixel::offset, 1.0, 0.4}, Own{FreePerPixel::nothing, 1.0, 0.0}}) {
+    GridSamples s;
+    s.gain_dn = 20.0, s.black_level_dn = 7.0;
+    s.cell = {0}, s.images = {0, 1, 2, 3, 4};
+    s.light = {1.0, 1.0, 1.0, 1.3, 1.0};
+    std::vector<double> level;
+    for (std::size_t k = 0; k < e.size(); ++k) {
+      level.push_back(s.light[k] * (own.factor * static_cast<double>(e[k]) + own.offset * exposure[k]));
+      s.real_dn.push_back(static_cast<float>(20.0 * level[k] + 7.0));
+      s.weight.push_back(1.0F);
+    }
+    s.real_dn[4] = 255.0F, s.weight[4] = 0.0F;  // not used
+    const OwnLevels levels(s, e, real_light(s), own.free, exposure);
+    std::vector<float> values = e;
+    levels.to_levels(values);
+    for (std::size_t k = 0; k < e.size(); ++k) EXPECT_NEAR(values[k], level[k], 1e-5) << k;
+    levels.to_irradiance(values);
+    for (std::size_t k = 0; k < e.size(); ++k) EXPECT_NEAR(values[k], e[k], 1e-5) << k;
+  }
+}
+
+// A pixel that sees nothing of the light has no factor to bend by: its level is its offset's.
+TEST(OwnLevels, OfAPixelThatSeesNoFringes) {
+  GridSamples s;
+  s.cell = {0}, s.images = {0, 1, 2};
+  s.real_dn = {5.0F, 5.02F, 4.99F}, s.weight = {1.0F, 1.0F, 1.0F};
+  std::vector<float> values{1.0F, 2.0F, 3.0F};
+  const OwnLevels levels(s, values, real_light(s), FreePerPixel::factor_and_offset, {});
+  levels.to_levels(values);
+  EXPECT_NEAR(values[1], 5.0, 0.02);
 }
 
 // What a value does to light is what the twin's response does that it makes, on top of one that there is.

@@ -4,6 +4,7 @@
 namespace fringetwin::compare {
 namespace {
 
+constexpr double kLeastFactor = 0.01;       ///< below, a pixel sees next to none of the light
 constexpr double kLeastDeterminant = 1e-6;  ///< of a determinant: factor and offset do the same
 
 struct LevelLine {
@@ -18,14 +19,16 @@ struct LineSums {
     ee += e * e, ex += e * x, xx += x * x;
     re += r * e, rx += r * x;
   }
-  /// Returns the line of least squares; that of a pixel with nothing of its own where no positive factor is
-  /// told.
+  /// Returns the line of least squares; where it tells no factor, 1 and the offset that is left.
   LevelLine line(FreePerPixel free) const {
-    if (free == FreePerPixel::offset) return xx > 0.0 ? LevelLine{1.0, (rx - ex) / xx} : LevelLine{};
-    if (free == FreePerPixel::factor) return re > 0.0 ? LevelLine{re / ee, 0.0} : LevelLine{};
-    const double det = ee * xx - ex * ex, of_factor = re * xx - rx * ex;
-    if (!(det > kLeastDeterminant * ee * xx) || !(of_factor > 0.0)) return {};
-    return {of_factor / det, (ee * rx - ex * re) / det};
+    LevelLine line;
+    if (free == FreePerPixel::factor && re > kLeastFactor * ee) line.factor = re / ee;
+    if (free == FreePerPixel::factor_and_offset)
+      if (const double det = ee * xx - ex * ex, of_factor = re * xx - rx * ex;
+          det > kLeastDeterminant * ee * xx && of_factor > kLeastFactor * det)
+        line.factor = of_factor / det;
+    if (frees_offset(free) && xx > 0.0) line.offset = (rx - line.factor * ex) / xx;
+    return line;
   }
 };
 

@@ -17,6 +17,7 @@ class OwnLevels {
   OwnLevels() = default;
   /// `irradiance` is predicted and `real` what the real gray values ask for (real_light()), both before a
   /// camera's curve or both after it, laid out as GridSamples::real_dn. `exposures`: of the images; empty: 1.
+  /// Where nothing is free per pixel, `real` is not looked at.
   OwnLevels(const GridSamples& samples, const std::vector<float>& irradiance, const std::vector<float>& real,
             FreePerPixel free, const std::vector<double>& exposures);
 

@@ -319,8 +319,11 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
     if (is_other(c)) continue;
     effects.add_light(samples_[c], before[c], out[c]);
     if (!effects.bend(samples_[c])) continue;
-    std::vector<float> real = real_light(samples_[c]);
-    effects.unsee(samples_[c], real);
+    std::vector<float> real;
+    if (own_ != FreePerPixel::nothing) {
+      real = real_light(samples_[c]);
+      effects.unsee(samples_[c], real);
+    }
     const OwnLevels own(samples_[c], out[c], real, own_, exposures_of(c));
     own.to_levels(out[c]);
     effects.see(samples_[c], out[c]);

@@ -388,7 +388,8 @@ std::string pattern_sentence(const std::vector<PatternRow>& rows) {
   if (named.empty())
     return "what is left follows none of gray level, phase of the fringes (nor by place), image number, "
            "radius and place: no pattern found";
-  return "what is left follows " + named + (rows[kPlace].alone < kNamedShare ? ", not the place" : "");
+  const bool is_no_place = rows[kPlace].alone < kNamedShare && rows[kPhaseByPlace].order == 0;
+  return "what is left follows " + named + (is_no_place ? ", not the place" : "");
 }
 
 }  // namespace fringetwin::compare

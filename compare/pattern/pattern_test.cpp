@@ -223,6 +223,7 @@ TEST(Pattern, PhaseThatDiffersFromPlaceToPlace) {
   EXPECT_GT(row.alone, 0.7);
   EXPECT_EQ(row.harmonic, 5u);
   EXPECT_THAT(pattern_sentence(rows), HasSubstr("from place to place another way (5th harmonic)"));
+  EXPECT_THAT(pattern_sentence(rows), Not(HasSubstr("not the place")));
   const PatternProfile& p = row.profile[0];
   ASSERT_EQ(p.mean.size(), 16u * 32u);
   EXPECT_EQ(p.at_y[31], 1.0);

@@ -86,11 +86,18 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   }
   const bool albedo = std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "albedo"; });
   const bool texture = is_asked(asked, "texture");
+  const auto is_fitted = [&](const char* group) {
+    return std::ranges::any_of(chosen, [=](const Parameter& p) { return p.group == group; });
+  };
+  if (is_fitted("camera_knee") && is_fitted("camera_response"))
+    throw UserError(ExitCode::usage, "--refine",
+                    "camera_knee and camera_response are both the camera's curve, which is a knee or a table",
+                    "refine one of them");
   if (albedo && texture)
     throw UserError(ExitCode::usage, "--refine",
                     "texture, a factor per pixel, contains the albedo of the objects", "refine one of them");
   for (const char* group : {"vignetting", "projector_field"})
-    if (texture && std::ranges::any_of(chosen, [=](const Parameter& p) { return p.group == group; }))
+    if (texture && is_fitted(group))
       throw UserError(
           ExitCode::usage, "--refine",
           fmt::format("the images cannot tell {} and texture apart: a factor per pixel contains it", group),
@@ -273,31 +280,26 @@ class Refiner {
   }
 
   /// Fits, and fits again without what these images hardly tell: a vignetting of 92 with a standard error of
-  /// 166 is no finding.
+  /// 166 is no finding. The highest order of a field goes first: beside it the lower ones and what it is a
+  /// field of are hardly told, and may be told well without it.
   void fit_what_is_told(GroupFit& fit) {
     fit.run();
-    std::vector<std::size_t> hardly;
-    for (std::size_t k = 0; k < parameters_.size(); ++k) {
-      const Parameter& p = parameters_[k];
-      const GroupFit::Known& known = fit.known()[k];
-      const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
-      // a place, and the light of an image beside that of the others: nothing may be its finding
-      const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light" ||
-                               p.group == "exposure" || p.group == "image_shift";
-      if (known.told &&
-          (may_be_none || sigma <= std::max(std::abs(value), std::abs(value - p.shown(p.start)))))
-        continue;
-      if (known.told) hardly.push_back(k);
-      report_.notes.push_back(
-          p.name + " stays at the twin's value: " +
-          (known.told ? fmt::format("the fit gives {}{}, no better than its standard error",
-                                    report::with_sigma(value, sigma), p.unit.empty() ? "" : " " + p.unit)
-                      : "these images do not tell it"));
-    }
-    if (!hardly.empty()) {
-      fit.hold(hardly);
+    for (int order = 2; order >= 0; --order) {
+      std::vector<std::size_t> hardly;
+      for (std::size_t k = 0; k < parameters_.size(); ++k) {
+        const bool is_of_order =
+            parameters_[k].group == "harmonics_field" && order_of_term(parameters_[k].name) == order;
+        if (fit.known()[k].told && (order == 0 || is_of_order) && is_hardly_told(fit, k)) hardly.push_back(k);
+      }
+      if (hardly.empty()) continue;
+      for (const std::size_t k : hardly) note_held(fit, k);
+      hold(fit, hardly);
       fit.run();
     }
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      if (!fit.known()[k].told && std::ranges::find(held_, k) == held_.end())
+        report_.notes.push_back(parameters_[k].name +
+                                " stays at the twin's value: these images do not tell it");
     report_.converged = fit.converged();
     report_.iterations = fit.steps();
     say(fmt::format("refine: {} steps, chi2 {:.5g}", report_.iterations, fit.chi2()));
@@ -308,6 +310,39 @@ class Refiner {
       report_.warnings.push_back(
           fmt::format("{}: what is left is not explained ({}): the values are not to be trusted", asked,
                       fit.unexplained()));
+  }
+
+  /// Returns whether a value is no better than its standard error, and that is no finding.
+  bool is_hardly_told(const GroupFit& fit, std::size_t k) const {
+    const Parameter& p = parameters_[k];
+    const GroupFit::Known& known = fit.known()[k];
+    const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
+    // a place, and the light of an image beside that of the others: nothing may be its finding
+    const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light" ||
+                             p.group == "exposure" || p.group == "image_shift";
+    return !may_be_none && sigma > std::max(std::abs(value), std::abs(value - p.shown(p.start)));
+  }
+
+  /// Holds these at the twin's values, with the bends of the cameras' curves where those left would make one
+  /// that falls.
+  void hold(GroupFit& fit, std::vector<std::size_t> which) const {
+    try {
+      fit.hold(which);
+    } catch (const UserError&) {
+      for (std::size_t k = 0; k < parameters_.size(); ++k)
+        if (parameters_[k].group == "camera_response") which.push_back(k);
+      fit.hold(which);
+    }
+  }
+
+  void note_held(const GroupFit& fit, std::size_t k) {
+    const Parameter& p = parameters_[k];
+    const GroupFit::Known& known = fit.known()[k];
+    held_.push_back(k);
+    report_.notes.push_back(
+        fmt::format("{} stays at the twin's value: the fit gives {}{}, no better than its standard error",
+                    p.name, report::with_sigma(p.shown(known.value), p.shown_sigma(known.value, known.sigma)),
+                    p.unit.empty() ? "" : " " + p.unit));
   }
 
   /// Takes the fit back where something got worse by it.
@@ -426,6 +461,7 @@ class Refiner {
   bool provisional_ = false;  ///< a camera's line comes from its amplitudes; collect() sets it
   Sensitivity sensitivity_;
   std::vector<Parameter> parameters_, switches_;
+  std::vector<std::size_t> held_;  ///< parameters that were no better than their standard errors
   bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false;
   Refinement report_;
 };

@@ -166,6 +166,8 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
       EXPECT_THAT(refine_names(), ::testing::Not(::testing::HasSubstr(group.name)));
     }
   EXPECT_THAT(message("left.room_light.x"), ::testing::HasSubstr("in the dark"));
+  EXPECT_EQ(message("camera_response"), "");
+  EXPECT_THAT(message("left.response"), HasSubstr("camera_knee and camera_response are both"));
   for (const char* asked :
        {"light", "image_3.light", "size", "intrinsics", "specular", "left", "ball", "projector"})
     EXPECT_EQ(message(asked), "") << asked;
