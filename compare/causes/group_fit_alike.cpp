@@ -17,9 +17,12 @@ namespace {
 constexpr double kAlike = 0.98;      ///< canonical correlation of two groups
 constexpr double kSameLight = 1e-6;  ///< smallest eigenvalue of the correlation matrix
 
-/// Returns what a group is told apart from others as: a field is the harmonics' own, further terms of the
-/// same numbers, whose mean over what is seen of the projector's image need not be its first term.
-std::string told_as(const std::string& group) { return group == "harmonics_field" ? "harmonics" : group; }
+/// Returns what a group is told apart from others as: higher orders and a field are the harmonics' own,
+/// further terms of one waveform. The mean of a field over what is seen of the projector's image need not be
+/// its first term.
+std::string told_as(const std::string& group) {
+  return group.starts_with("harmonics_") ? "harmonics" : group;
+}
 
 }  // namespace
 

@@ -20,6 +20,8 @@ namespace {
 using Change = std::function<void(Twin&, double)>;
 
 constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
+/// Of the group harmonics_high: the orders that twin.toml holds, with steps that tell all lower ones.
+constexpr int kStepsForHigh = kMostHarmonics + 2, kMostHigh = 16;
 constexpr double kSmallestContrast = 1e-3;
 constexpr double kLeastBlurOfHaloPx2 = 0.01;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
@@ -92,6 +94,8 @@ class ParameterList : private GroupList {
   std::vector<Parameter> run() {
     if (group_ == "response") add_response();
     if (group_ == "harmonics") add_harmonics();
+    if (group_ == "harmonics_high" && twin_.projector && twin_.fringes.steps >= kStepsForHigh)
+      add_orders(kMostHarmonics + 1, kMostHigh);
     if (group_ == "harmonics_field") add_harmonics_field();
     if (group_ == "contrast") add_contrast();
     if (group_ == "blur") add_blur();
@@ -124,9 +128,14 @@ class ParameterList : private GroupList {
   /// all pitches (they are told together; those of a twin that differ stay as far apart). With few steps
   /// their orders cannot be told from the fundamental.
   void add_harmonics() {
-    const int most = std::min(kMostHarmonics, twin_.fringes.steps - 2);
     if (!twin_.projector || twin_.fringes.steps < kStepsForHarmonics) return;
-    for (int k = 2; k <= most; ++k)
+    add_orders(2, std::min(kMostHarmonics, twin_.fringes.steps - 2));
+  }
+
+  /// Adds both parts of the harmonics of these orders. An order above the number of steps is told from the
+  /// lower one that it looks like in a pixel by how both go on from pixel to pixel.
+  void add_orders(int first, int last) {
+    for (int k = first; k <= last; ++k)
       for (const auto& [name, part] :
            {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}})
         add(fmt::format("projector.harmonic.{}{}", k, name), "",
@@ -355,6 +364,9 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"harmonics_field",
        "how the harmonics vary over the projector's image: five terms of each number, up to the second order",
        "the form of the fringe differs over the projector's image (harmonics_field)", "", "", false},
+      {"harmonics_high",
+       "harmonics 8 to 16 of the projected fringe, in phase and in quadrature (9 steps or more)",
+       "fine structure of the projected fringe (harmonics 8 to 16)", "", "", false},
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},

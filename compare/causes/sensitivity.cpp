@@ -392,8 +392,9 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 }
 }  // namespace
 
-int Sensitivity::derivative_samples(const Twin& twin) const {
-  return holds_code(twin) ? residual_samples_ : kDerivativeSamples;
+int Sensitivity::derivative_samples(const Twin& twin, const std::vector<Parameter>& parameters) const {
+  const bool is_fine = std::ranges::find(parameters, "harmonics_high", &Parameter::group) != parameters.end();
+  return is_fine || holds_code(twin) ? residual_samples_ : kDerivativeSamples;
 }
 
 bool Sensitivity::holds_code(const Twin& twin) const {
@@ -470,7 +471,8 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
   const auto images_at = [&](double value) {
     Eigen::VectorXd changed = values;
     changed[at] = value;
-    return predicted(twin, parameters, changed, derivative_samples(twin), parameter.camera, &base);
+    return predicted(twin, parameters, changed, derivative_samples(twin, parameters), parameter.camera,
+                     &base);
   };
   const Values nothing = zeros(base);
   Values out, other;
@@ -535,7 +537,8 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
                                           const Eigen::VectorXd& values, Derivative derivative,
                                           std::vector<double> steps) const {
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
-  Columns out{predicted(twin, parameters, values, derivative_samples(twin)), {}, std::move(steps)};
+  Columns out{
+      predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto other = std::ranges::find(parameters, parameters[k].does_as, &Parameter::name);
     const bool is_known = other - parameters.begin() < static_cast<std::ptrdiff_t>(k) && knows_places();
@@ -561,7 +564,7 @@ Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
                                                         const Eigen::VectorXd& values,
                                                         const std::vector<std::size_t>& pose,
                                                         const std::function<void(std::size_t)>& after) {
-  Columns out{predicted(twin, parameters, values, derivative_samples(twin)), {}, {}};
+  Columns out{predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, {}};
   for (const Parameter& p : parameters) out.steps.push_back(p.step);
   out.each.resize(parameters.size());
   std::size_t done = 0;

@@ -215,9 +215,10 @@ class Sensitivity {
   /// `step`: where the search begins, and where it ended.
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative, double& step) const;
-  /// Returns the points per pixel of derivatives: as many as of residuals where the edges of a code lie
-  /// within pixels. With fewer the gradient of a fit that leaves something is not that of what it leaves.
-  int derivative_samples(const Twin& twin) const;
+  /// Returns the points per pixel of derivatives: as many as of residuals where the edges of a code or high
+  /// harmonics lie within pixels. With fewer the gradient of a fit that leaves something is not that of what
+  /// it leaves.
+  int derivative_samples(const Twin& twin, const std::vector<Parameter>& parameters) const;
   /// The column of a parameter with an effect of its own: nothing is rendered. What light does is done to
   /// the light before the cameras' fitted curves, and seen through them at levels as the pixels' own numbers
   /// make them.

@@ -36,13 +36,13 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss, its intrinsics, its motion, the field of its light, its halo, its knee or its response, nor for
-/// what no key holds.
+/// its gloss, its intrinsics, its motion, the field of its light, high harmonics, its halo, its knee or its
+/// response, nor for what no key holds.
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
                          p.group == "motion" || p.group == "projector_field" || p.group == "blur_field" ||
                          p.group == "camera_knee" || p.group == "camera_response" || p.group == "halo" ||
-                         p.group == "harmonics_field" || !p.change;
+                         p.group == "harmonics_field" || p.group == "harmonics_high" || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }

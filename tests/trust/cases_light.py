@@ -187,6 +187,17 @@ add_case("refine_harmonics_field", "light", "the fringe's fifth harmonic follows
                  for name, part in zip(("", ".quadrature"), pair)})
 
 
+def projector_steps(rig, twin, random):
+    """A response that waves about its line, as of a table with few entries: harmonics up to the fourteenth."""
+    rig.projector_response = lambda level: level + 0.003 * np.sin(2 * np.pi * 4 * level)
+    rig.pitches_px = twin.pitches_px = [60, 64, 68]
+
+
+add_case("refine_harmonics_high", "light", "the projector's response waves about its line by 0.3 % of the scale, four times over "
+         "it; `--refine harmonics,harmonics_high`", projector_steps, dict(scene="wall", small=True, steps=12, nodes=6),
+         expect="explained", refine="harmonics,harmonics_high")
+
+
 def saturating(x):
     """Straight up to a twentieth of the scale, then less and less steep: 5.5 % below the line at full scale."""
     over = np.maximum(x - 0.05, 0)
