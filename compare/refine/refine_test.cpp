@@ -178,8 +178,11 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
   twin.fringes.steps = 6;  // orders 2 to 4, both parts, five terms each, by their own name alone
   for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "harmonics_field");
   EXPECT_EQ(refinable_parameters(twin, {"harmonics_field"}).size(), 30u);
-  for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "harmonics_high");
   EXPECT_EQ(refinable_parameters(twin, {"projector.harmonics_field.1_0"}).size(), 6u);
+  EXPECT_THAT(message("harmonics_high"), HasSubstr("has no such parameter"));
+  twin.fringes.steps = 9;  // orders 8 to 16, both parts
+  for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "harmonics_high");
+  EXPECT_EQ(refinable_parameters(twin, {"harmonics_high"}).size(), 18u);
   twin.render.bounces = 1;
   EXPECT_THAT(message("harmonics_field"), HasSubstr("has no such parameter"));
 }
