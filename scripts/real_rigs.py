@@ -26,7 +26,7 @@ RUNS = [
      ["--hold-out", "3", "--refine", "exposure,light,image_shift,harmonics,harmonics_field,texture,offset"]),
     ("cpsd-plane-4freq12step", "cpsd-plane-4freq12step/twin-rig.toml",
      "no calibration: a relative rig solved from the set's own phase, whose lengths mean nothing (datasets/README.md)",
-     ["--hold-out", "3", "--refine", "exposure,contrast,blur,projector.blur_field_px2.u,projector.blur_field_px2.v,harmonics,texture,texture_spread,"
+     ["--hold-out", "3", "--refine", "exposure,contrast,blur,projector.blur_field_px2.u,projector.blur_field_px2.v,harmonics,harmonics_high,texture,texture_spread,"
       "offset"]),
     ("slsdk-stereo-statue", "slsdk-stereo-statue/twin-rig.toml",
      "stereo calibration of the set, whose cameras measure the shape; the projector solved from that shape by `calibrate --projector-from` (docs/CALIBRATION.md)",
