@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tells at which levels a camera's curve bends the light of samples whose pixels, or images, have numbers of
-// their own that no twin holds (docs/metrics/causes.md, "Levels that curves bend").
+// their own that no twin holds (docs/metrics/causes.md, "Refinement").
 #pragma once
 #include <vector>
 
 #include "compare/causes/grid_view.hpp"
-#include "compare/causes/sensitivity.hpp"
+#include "compare/result/own_kinds.hpp"
 
 namespace fringetwin::compare {
 

@@ -26,25 +26,6 @@ GridSamples grid_samples(const GrayPair& pair, std::size_t camera_index, const G
 void find_texture_edges(const GrayPair& pair, const UsableRange& usable, const GrayNoise& noise,
                         GridSamples& samples);
 
-/// What every pixel has of its own and no parameter therefore explains: a factor (texture, shading, light
-/// that varies), an offset (room light, scattering). It is projected out of the pixel's values and columns.
-enum class FreePerPixel { nothing, factor, offset, factor_and_offset };
-inline bool frees_factor(FreePerPixel f) {
-  return f == FreePerPixel::factor || f == FreePerPixel::factor_and_offset;
-}
-inline bool frees_offset(FreePerPixel f) {
-  return f == FreePerPixel::offset || f == FreePerPixel::factor_and_offset;
-}
-inline FreePerPixel free_per_pixel(const OwnKinds& own) {
-  if (own.factor) return own.offset ? FreePerPixel::factor_and_offset : FreePerPixel::factor;
-  return own.offset ? FreePerPixel::offset : FreePerPixel::nothing;
-}
-/// Returns what is free where one of the two frees it.
-inline FreePerPixel together(FreePerPixel a, FreePerPixel b) {
-  return free_per_pixel(
-      {.factor = frees_factor(a) || frees_factor(b), .offset = frees_offset(a) || frees_offset(b)});
-}
-
 /// Normal equations of r = y - (gain E + black) in the parameters, then gain and black level of each camera,
 /// then the gains of the images that are lit apart: minimise sum w^2 rho(r - J d). Huber weights at 3 robust
 /// scales (at least 3 standard deviations).
