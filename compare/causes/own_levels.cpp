@@ -1,58 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/causes/own_levels.hpp"
 
+#include "compare/gray/own_light.hpp"
+
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kLeastFactor = 0.01;       ///< below, a pixel sees next to none of the light
-constexpr double kLeastDeterminant = 1e-6;  ///< of a determinant: factor and offset do the same
+constexpr double kLeastFactor = 0.01;  ///< below, a pixel sees next to none of the light
 
-struct LevelLine {
-  double factor = 1.0, offset = 0.0;
-};
-
-/// Sums over the values of a pixel: e, its irradiance; x, what its offset lets in; r, its real light.
-struct LineSums {
-  double ee = 0.0, ex = 0.0, xx = 0.0, re = 0.0, rx = 0.0;
-
-  void add(double e, double x, double r) {
-    ee += e * e, ex += e * x, xx += x * x;
-    re += r * e, rx += r * x;
-  }
-  /// Returns the line of least squares; where it tells no factor, 1 and the offset that is left.
-  LevelLine line(FreePerPixel free) const {
-    LevelLine line;
-    if (free == FreePerPixel::factor && re > kLeastFactor * ee) line.factor = re / ee;
-    if (free == FreePerPixel::factor_and_offset)
-      if (const double det = ee * xx - ex * ex, of_factor = re * xx - rx * ex;
-          det > kLeastDeterminant * ee * xx && of_factor > kLeastFactor * det)
-        line.factor = of_factor / det;
-    if (frees_offset(free) && xx > 0.0) line.offset = (rx - line.factor * ex) / xx;
-    return line;
-  }
-};
+/// Returns the line of a pixel, as its texture is told (OwnLightSums); where it tells no factor, 1 and the
+/// offset that is left.
+OwnLight line_of_levels(const OwnLightSums& sums, const OwnKinds& kinds) {
+  const OwnLight line = sums.line(kinds);
+  return line.factor > kLeastFactor ? line : sums.line({.factor = false, .offset = kinds.offset});
+}
 
 }  // namespace
 
 OwnLevels::OwnLevels(const GridSamples& s, const std::vector<float>& irradiance,
                      const std::vector<float>& real, FreePerPixel free,
                      const std::vector<double>& exposures) {
-  if (free == FreePerPixel::nothing && s.light.empty()) return;
+  const OwnKinds kinds{.factor = frees_factor(free), .offset = frees_offset(free)};
+  if (!kinds.any() && s.light.empty()) return;
   const std::size_t n = s.images.size();
   factor_.resize(irradiance.size()), offset_.resize(irradiance.size());
   const auto exposure = [&](std::size_t k) { return exposures.empty() ? 1.0 : exposures[k]; };
 #pragma omp parallel for schedule(static)
   for (std::size_t p = 0; p < s.n_pixels(); ++p) {
-    LineSums sums;
-    for (std::size_t k = 0; free != FreePerPixel::nothing && k < n; ++k)
+    OwnLightSums sums;
+    for (std::size_t k = 0; kinds.any() && k < n; ++k)
       if (const std::size_t i = p * n + k; s.weight[i] > 0.0F && s.light_of(k) > 0.0)
-        sums.add(static_cast<double>(irradiance[i]), exposure(k),
-                 static_cast<double>(real[i]) / s.light_of(k));
-    const LevelLine own = free == FreePerPixel::nothing ? LevelLine{} : sums.line(free);
+        sums.add(static_cast<double>(irradiance[i]) / exposure(k),
+                 static_cast<double>(real[i]) / (s.light_of(k) * exposure(k)));
+    const OwnLight own = line_of_levels(sums, kinds);
     for (std::size_t k = 0; k < n; ++k) {
       const double light = s.light_of(k) > 0.0 ? s.light_of(k) : 1.0;
       factor_[p * n + k] = static_cast<float>(light * own.factor);
-      offset_[p * n + k] = static_cast<float>(light * own.offset * exposure(k));
+      offset_[p * n + k] = static_cast<float>(light * own.offset_dn * exposure(k));
     }
   }
 }

@@ -301,6 +301,10 @@ Sensitivity::Values Sensitivity::irradiance(const Twin& twin, int samples) const
   return out;
 }
 
+std::vector<float> Sensitivity::light_for_own(const GridSamples& s) const {
+  return own_ == FreePerPixel::nothing ? std::vector<float>{} : real_light(s);
+}
+
 Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<Parameter>& parameters,
                                            const Eigen::VectorXd& values, int samples,
                                            std::optional<std::size_t> camera, const Values* others) const {
@@ -319,11 +323,8 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
     if (is_other(c)) continue;
     effects.add_light(samples_[c], before[c], out[c]);
     if (!effects.bend(samples_[c])) continue;
-    std::vector<float> real;
-    if (own_ != FreePerPixel::nothing) {
-      real = real_light(samples_[c]);
-      effects.unsee(samples_[c], real);
-    }
+    std::vector<float> real = light_for_own(samples_[c]);
+    effects.unsee(samples_[c], real);
     const OwnLevels own(samples_[c], out[c], real, own_, exposures_of(c));
     own.to_levels(out[c]);
     effects.see(samples_[c], out[c]);
@@ -433,7 +434,7 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vect
     if (parameter.camera && *parameter.camera != s.camera) continue;
     const bool bends_light = !parameter.is_of_sensor && sensors.bend(s);
     const OwnLevels own = parameter.is_of_sensor || bends_light
-                              ? OwnLevels(s, base[c], real_light(s), own_, exposures_of(c))
+                              ? OwnLevels(s, base[c], light_for_own(s), own_, exposures_of(c))
                               : OwnLevels();
     std::vector<float> before = base[c];
     own.to_levels(before);

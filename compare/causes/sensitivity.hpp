@@ -244,6 +244,8 @@ class Sensitivity {
   std::vector<double> exposures_of(std::size_t camera) const {
     return exposures_.empty() ? std::vector<double>{} : exposures_[camera];
   }
+  /// Returns the real light that what pixels have of their own is told by; nothing where they have nothing.
+  std::vector<float> light_for_own(const GridSamples& s) const;
   NormalEquations empty_equations(std::size_t n_parameters) const;
   void add_prior_of_lights(NormalEquations& equations) const;
 
