@@ -149,7 +149,7 @@ void take_devices(const Twin& twin, CalibrateCommand& o) {
     sizes.push_back(fmt::format("{}x{}", lens.width(), lens.height()));
     focals.push_back(fmt::format("{}", lens.intrinsics()[0]));
   };
-  for (const Camera& camera : twin.cameras) take(camera.name, camera.lens);
+  for (const Camera& camera : twin.cameras) take(camera.name, camera.whole_lens());
   if (twin.projector) take(o.projector, twin.projector->lens);
   o.names = fmt::format("{}", fmt::join(names, ","));
   o.imagersize = fmt::format("{}", fmt::join(sizes, ","));

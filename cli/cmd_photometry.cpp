@@ -64,7 +64,7 @@ std::vector<ImageF> load_images(const Twin& twin, const Images& request, std::ve
   const Camera& camera = twin.cameras[request.camera];
   std::vector<ImageF> images;
   for (const fs::path& file : request.files) {
-    ImageF image = read_gray(file, right_size(camera)).image;
+    ImageF image = read_camera_gray(file, camera).image;
     for (const float v : image.data)
       if (static_cast<double>(v) > camera.sensor.max_dn())
         throw UserError(ExitCode::input, file.string(),

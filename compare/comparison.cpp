@@ -159,7 +159,8 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     out.explained.push_back(std::move(row));
     if (real_decode && simulated_decode && fit.row.usable)
       take_code(explain_code(pair, fit, noise,
-                             {*real_decode, *simulated_decode, interior, pair.camera->texture.get()},
+                             {*real_decode, *simulated_decode, interior, pair.camera->texture.get(),
+                              pair.camera->pixel_side_px()},
                              rendering, own, shape),
                 pair, twin.fringes, out);
     if (fit.row.usable) {
@@ -356,7 +357,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
-      const TextureShift texture = texture_shift(r, *s, twin.cameras[c].texture.get());
+      const TextureShift texture = texture_shift(r, *s, twin.cameras[c].texture.get(), twin.cameras[c].pixel_side_px());
       out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, texture, rendering,
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen,
                                             {options.shape_noise.get(), c}));

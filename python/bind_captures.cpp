@@ -60,7 +60,7 @@ PyCaptures captures_from(const PyTwin& twin, const std::map<std::string, std::ve
     images.camera = camera.name;
     images.bit_depth = camera.sensor.bit_depth;
     for (const InArray& array : given->second) {
-      images.images.push_back(image_of(array, camera.name));
+      images.images.push_back(image_of_camera(image_of(array, camera.name), camera));
       const ImageF& image = images.images.back();
       if (image.width != camera.lens.width() || image.height != camera.lens.height())
         throw UserError(ExitCode::input, "camera \"" + camera.name + "\"",

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "render/pattern/camera_effects.hpp"
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/formed_harmonics.hpp"
 #include "render/pattern/projector_places.hpp"
@@ -169,11 +170,32 @@ void Renderer::add_harmonics_field(const Twin& twin, std::size_t camera_index, T
 
 RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                 std::uint64_t seed, bool references) {
+  if (twin.cameras.at(camera_index).spreads_over_sensor())
+    return render_of_whole_sensor(twin, camera_index, sampling, seed, references);
   const Stopwatch watch;
   RenderedCamera out = has_motion(twin) ? render_moving(twin, camera_index, sampling, seed, references)
                                         : form_camera(twin, camera_index,
                                                       trace(twin, camera_index, sampling, seed), references);
   out.total_ms = 1e3 * watch.elapsed().wall_s;
+  return out;
+}
+
+RenderedCamera Renderer::render_of_whole_sensor(const Twin& twin, std::size_t camera_index,
+                                                const Sampling& sampling, std::uint64_t seed,
+                                                bool references) {
+  const Camera& camera = twin.cameras[camera_index];
+  Twin of_sensor = twin;
+  Camera& whole = of_sensor.cameras[camera_index];
+  whole.lens = camera.whole_lens();
+  whole.channel.reset();
+  whole.texture = nullptr;  // of the image's pixels, after the point spread
+  RenderedCamera out = render(of_sensor, camera_index, sampling, seed, references);
+  const auto take_channel = [&](auto& image) { image = channel_image(image, *camera.channel); };
+  std::ranges::for_each(out.irradiance, take_channel);
+  for (auto* image : {&out.white, &out.black})
+    if (*image) take_channel(**image);
+  take_channel(out.object);
+  apply_textures(camera, &out);
   return out;
 }
 

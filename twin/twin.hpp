@@ -17,6 +17,7 @@
 #include "twin/lens/lens.hpp"
 #include "twin/lens/pose.hpp"
 #include "twin/mesh/mesh.hpp"
+#include "twin/mosaic_channel.hpp"
 #include "twin/number/number_range.hpp"
 #include "twin/pixel_map.hpp"
 #include "twin/shape/shape.hpp"
@@ -52,6 +53,7 @@ void list_keys(Keys& keys, const Sensor*) {
   keys("electrons_per_dn", &Sensor::electrons_per_dn, NumberRange::positive());
   keys("read_noise_dn", &Sensor::read_noise_dn, NumberRange::not_negative());
   keys("response"), keys("prnu"), keys("dsnu");
+  keys("mosaic"), keys("channel");  // of the camera: they say which pixels its image has
 }
 
 /// Thin lens; the aperture diameter is focal_length_mm / f_number, the focus plane lies at camera
@@ -96,11 +98,11 @@ struct PixelTexture {
 
 struct Camera {
   std::string name;
-  Lens lens;
+  Lens lens;  ///< of the image: with a channel, twin.toml gives that of the whole sensor
   Pose T_cam_world;
   Sensor sensor;
   std::optional<Optics> optics;
-  double psf_px = 0.0;  ///< Gaussian sigma of the lens's point spread, camera px
+  double psf_px = 0.0;  ///< Gaussian sigma of the lens's point spread, px of the sensor
   /// How far a pixel of the image reaches, as standard deviation along an axis: with it a texture that
   /// changes within a pixel moves its fringes; 0: a factor of each pixel moves none.
   double texture_spread_px = 0.0;
@@ -109,7 +111,15 @@ struct Camera {
   std::vector<double> exposure_factors = {};
   std::filesystem::path texture_file = {};                ///< an EXR; empty: none
   std::shared_ptr<const PixelTexture> texture = nullptr;  ///< filled by load_meshes()
+  /// The colour of a colour sensor whose pixels are the image; empty: all pixels are.
+  std::optional<MosaicChannel> channel = std::nullopt;
   Eigen::Vector3d center_world_mm() const { return T_cam_world.inverse().translation_mm; }
+  /// Returns the side of a pixel of the sensor, in pixels of the image.
+  double pixel_side_px() const { return channel ? 0.5 : 1.0; }
+  /// Returns whether light reaches the image's pixels over others of the sensor, which must be rendered, too.
+  bool spreads_over_sensor() const { return channel && psf_px > 0.0; }
+  /// Returns the lens of the whole sensor, as twin.toml gives it.
+  Lens whole_lens() const { return channel ? sensor_lens(lens, *channel) : lens; }
 };
 template <class Keys>
 void list_keys(Keys& keys, const Camera*) {
@@ -256,7 +266,7 @@ void list_keys(Keys& keys, const Room*) {
 enum class Sampler { gauss, multi_jittered, sobol, adaptive };
 
 struct RenderOptions {
-  double pixel_fill = 1.0;  ///< side of the sampled square, px
+  double pixel_fill = 1.0;  ///< side of the sampled square, px of the sensor
   double phase_error_rad = 1e-4;
   double gray_error = 1e-4;    ///< rms over all pixels, fraction of the sensor's full scale
   std::optional<int> samples;  ///< fixed sampling when given
@@ -328,6 +338,8 @@ struct Twin {
   const Object* find_object(const std::string& name) const;
   /// Returns how the rig triangulates: what the file says, else its default.
   Triangulate triangulate() const;
+  /// Returns the side of the square that a pixel of the camera's image gathers light from, px of the image.
+  double sampled_side_px(const Camera& camera) const { return render.pixel_fill * camera.pixel_side_px(); }
 };
 
 /// Reads and checks a twin.toml. Throws UserError(usage) with file, line and key; unknown keys name

@@ -17,6 +17,13 @@ bool any_seen(const std::vector<ProjectorCorner>& corners) {
   return std::ranges::any_of(corners, [](const auto& c) { return c.seen(); });
 }
 
+/// The corners where the whole sensor has them: what is calibrated is its lens, not that of a channel's image.
+std::vector<Corner> on_whole_sensor(std::vector<Corner> corners, const Camera& camera) {
+  if (camera.channel)
+    for (Corner& corner : corners) corner.q_px = sensor_place_px(*camera.channel, corner.q_px);
+  return corners;
+}
+
 }  // namespace
 
 std::vector<ImageCorners> detect_in_pictures(const std::vector<Picture>& pictures,
@@ -73,7 +80,8 @@ std::vector<ImageCorners> detect_in_captures(const Twin& twin,
     for (const Camera& camera : twin.cameras) {
       const CameraImages images = load_camera_images(set, camera, twin.fringes);
       const auto corners = find_board(evenly_lit(images, twin.fringes), pattern);
-      out.push_back({camera.name + "-" + name, corners.value_or(std::vector<Corner>{}), 0});
+      out.push_back(
+          {camera.name + "-" + name, on_whole_sensor(corners.value_or(std::vector<Corner>{}), camera), 0});
       if (!corners) {
         warn(fmt::format("{}: {} does not see the board", folder.string(), camera.name));
         continue;

@@ -29,7 +29,7 @@ ImageF evenly_lit(const CameraImages& images, const Fringes& fringes);
 
 /// Each folder is a capture set of the board at rest, named like the folder: the corners of every camera of
 /// the twin, and of its projector (mean over the cameras that see a corner, by their sigmas). Files are named
-/// "CAMERA-FOLDER" and "projector-FOLDER".
+/// "CAMERA-FOLDER" and "projector-FOLDER". Corners of a camera with a channel are places of its whole sensor.
 std::vector<ImageCorners> detect_in_captures(const Twin& twin,
                                              const std::vector<std::filesystem::path>& folders,
                                              const BoardPattern& pattern);

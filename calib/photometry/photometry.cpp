@@ -205,8 +205,8 @@ void measure_projector(const Twin& twin, std::size_t camera, const CameraFrames&
                                                    measure::all_steps(twin.fringes.steps));
     HarmonicsOptions options{.min_modulation_dn = twin.measure.min_modulation_dn,
                              .saturation_dn = saturation_dn,
-                             .pixel_fill = twin.render.pixel_fill,
-                             .psf_px = twin.cameras[camera].psf_px};
+                             .pixel_fill = twin.sampled_side_px(twin.cameras[camera]),
+                             .psf_px = twin.cameras[camera].psf_px * twin.cameras[camera].pixel_side_px()};
     const std::string where = fmt::format("camera {}, direction {}", out.camera, axis_name(direction.axis));
     if (twin.fringes.waveform.kind != Waveform::Kind::sine) {
       warnings.push_back(

@@ -246,7 +246,7 @@ void Recording::merge_brackets() {
     for (const auto& [exposure_ms, folder] : folders)
       exposures.push_back(
           {exposure_ms, [this, &names, &camera, set = folder](std::size_t k) {
-             return read_gray(dir_ / Picture{set, names[k]}.file(camera.name), right_size(camera)).image;
+             return read_camera_gray(dir_ / Picture{set, names[k]}.file(camera.name), camera).image;
            }});
     merge_exposures(exposures, names.size(), camera.sensor.black_level_dn, camera.sensor.max_dn(),
                     [&](std::size_t k, const ImageF& image) {

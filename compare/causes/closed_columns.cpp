@@ -201,14 +201,14 @@ Effect motion_effect(std::size_t pose_parameter, std::size_t n_images) {
   };
 }
 
-/// The camera's image is blurred by a Gaussian of variance value - start besides: what that changes in the
-/// twin's own whole images is added.
-Effect camera_psf_effect(double start) {
+/// The camera's image is blurred by a Gaussian of variance value - start besides, px of the sensor, of whose
+/// area a pixel of the image is `image_px2`: what that changes in the twin's own whole images is added.
+Effect camera_psf_effect(double start, double image_px2) {
   return [=](const EffectInput& in, std::vector<float>& irradiance) {
     const GridSamples& s = in.samples;
     if (!s.frame) return;
     const auto kernel_of = [&](double variance) {
-      return variance > start ? render::psf_kernel(std::sqrt(variance - start)) : std::vector<double>{1.0};
+      return variance > start ? render::psf_kernel(std::sqrt(image_px2 * (variance - start))) : std::vector<double>{1.0};
     };
     const std::vector<double> now = kernel_of(in.to), then = kernel_of(in.from);
     const std::size_t n = s.images.size();
@@ -370,8 +370,9 @@ class ClosedList : private GroupList {
   }
 
   void add_psf(const Camera& camera) {
-    const double start = camera.psf_px * camera.psf_px;
-    Parameter& p = add(camera.name + ".psf_px", "px", start, 0.02, camera_psf_effect(start));
+    const double start = camera.psf_px * camera.psf_px, side_px = camera.pixel_side_px();
+    Parameter& p =
+        add(camera.name + ".psf_px", "px", start, 0.02, camera_psf_effect(start, side_px * side_px));
     p.is_variance = true;
     p.smallest = start;
     p.largest = start + kMostBlurPx * kMostBlurPx;

@@ -60,7 +60,7 @@ double central(const Image<T>& image, std::size_t i, std::size_t distance) {
 }  // namespace
 
 TextureShift texture_shift(const DirectionDecode& real, const DirectionDecode& simulated,
-                           const PixelTexture* texture) {
+                           const PixelTexture* texture, double pixel_side_px) {
   const ImageD& x_px = simulated.coordinate_px;
   const Weights w = weights_of(real, simulated, texture);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
@@ -79,8 +79,9 @@ TextureShift texture_shift(const DirectionDecode& real, const DirectionDecode& s
         largest += std::abs(slope) * step;
         with_sign += slope * central(w.log, i, distance);
       }
-      out.largest_rad.data[i] = static_cast<float>(largest);
-      out.signed_rad.data[i] = static_cast<float>(with_sign);
+      // a smooth texture changes by the side's share within it, an edge may lie there whole
+      out.largest_rad.data[i] = static_cast<float>(pixel_side_px * largest);
+      out.signed_rad.data[i] = static_cast<float>(pixel_side_px * pixel_side_px * with_sign);
     }
   return out;
 }

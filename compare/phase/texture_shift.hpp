@@ -17,7 +17,8 @@ struct TextureShift {
 };
 /// `texture`: what the simulated side's pixels have of their own, null for none. Its factor is one number per
 /// pixel, which makes the amplitudes agree and moves no phase, so it is taken out of the simulated amplitude.
+/// `pixel_side_px`: of the sensor's pixels, whose area alone a texture changes within.
 TextureShift texture_shift(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated,
-                           const PixelTexture* texture = nullptr);
+                           const PixelTexture* texture = nullptr, double pixel_side_px = 1.0);
 
 }  // namespace fringetwin::compare

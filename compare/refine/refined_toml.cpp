@@ -78,7 +78,7 @@ std::string response_text(const CameraResponse& r) {
 
 void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Camera& after) {
   ChangedKeys camera({.table = {"camera"}, .entry = after.name});
-  add_device(camera, before.lens, before.T_cam_world, after.lens, after.T_cam_world);
+  add_device(camera, before.whole_lens(), before.T_cam_world, after.whole_lens(), after.T_cam_world);
   camera.key("exposure_factors", numbers(before.exposure_factors), numbers(after.exposure_factors));
   camera.key("texture", quoted(plain_text(before.texture_file.string())),
              quoted(plain_text(after.texture_file.string())));

@@ -189,8 +189,12 @@ Twin with_rig_change(const Twin& twin, const CalibrationCovariance& covariance,
       pose_change[target.device][target.index] += d;
       continue;
     }
-    Lens& lens = target.device < out.cameras.size() ? out.cameras[target.device].lens : out.projector->lens;
-    lens = changed_lens(lens, target.index, d, covariance.file.string() + ": the lens as changed by " + name);
+    const bool is_camera = target.device < out.cameras.size();
+    Lens& lens = is_camera ? out.cameras[target.device].lens : out.projector->lens;
+    // focal lengths and principal point are of the whole sensor, the lens is of the camera's image
+    const double side_px = is_camera && target.index < 4 ? out.cameras[target.device].pixel_side_px() : 1.0;
+    lens = changed_lens(lens, target.index, side_px * d,
+                        covariance.file.string() + ": the lens as changed by " + name);
   }
   for (std::size_t device = 1; device < pose_change.size(); ++device) {
     if (pose_change[device].isZero(0.0)) continue;

@@ -49,10 +49,10 @@ ImageF smoothed(const ImageF& image) {
 }
 
 EdgePlaces edge_places(const measure::DirectionDecode& real, const measure::DirectionDecode& simulated,
-                       const PixelTexture* texture) {
+                       const PixelTexture* texture, double pixel_side_px) {
   const auto px_per_rad = static_cast<float>(real.pitches_px[real.finest] / kTwoPi);
   EdgePlaces out{smoothed(phase_difference(real, simulated)),
-                 std::move(texture_shift(real, simulated, texture).largest_rad), &simulated.coordinate_px};
+                 std::move(texture_shift(real, simulated, texture, pixel_side_px).largest_rad), &simulated.coordinate_px};
   for (float& value : out.moved_px.data) value *= -px_per_rad;
   for (float& value : out.textured_px.data) value *= px_per_rad;
   return out;
@@ -85,7 +85,8 @@ class CodeExplanation {
       const measure::DirectionDecode* simulated = code.simulated.direction(real.axis);
       const bool known = simulated && !simulated->coordinate_px.empty() && !real.coordinate_px.empty() &&
                          !real.pitches_px.empty();
-      places_.push_back(known ? edge_places(real, *simulated, code.texture) : EdgePlaces{});
+      places_.push_back(known ? edge_places(real, *simulated, code.texture, code.pixel_side_px)
+                              : EdgePlaces{});
     }
     for (const int image : pair.code_images()) {
       const auto d = static_cast<std::size_t>(pair.patterns[image].direction);

@@ -34,6 +34,7 @@ struct CodeInView {
   const measure::CameraDecode& simulated;
   const ImageU8& interior;
   const PixelTexture* texture = nullptr;  ///< of the twin's camera; may be null
+  double pixel_side_px = 1.0;             ///< of the sensor's pixels, px of the image
 };
 
 /// Judges the gray values of all images of a code over the interior pixels, each image with a factor of its

@@ -158,7 +158,7 @@ Sampling without_adaptation(const Sampling& sampling, const Twin& twin, const Ca
   if (sampling.sampler != Sampler::adaptive || !twin.projector) return fixed;
   // Taken for a surface that faces both and is as far from the camera as from the projector.
   const double swing_rad = kTwoPi / twin.fringes.finest_pitch_px() * twin.projector->lens.intrinsics().at(0) /
-                           camera.lens.intrinsics().at(0);
+                           camera.lens.intrinsics().at(0) * camera.pixel_side_px();
   const std::vector<double> shown = shown_harmonics(twin);
   int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(fixed.samples))));
   while (n < 6 && std::max(gauss_contrast_error(n, swing_rad), harmonics_error(twin, shown, n, swing_rad)) >

@@ -60,9 +60,14 @@ double vignetting_factor(const Camera& camera, double x_px, double y_px) {
     return std::pow(std::max(0.0, d ? d->z() / d->norm() : 0.0), 4);
   }
   if (camera.vignetting.kind == Vignetting::Kind::none) return 1.0;
-  const int width = camera.lens.width(), height = camera.lens.height();
-  const double corner = 0.5 * std::hypot(width, height);
-  const double u = (x_px - 0.5 * (width - 1)) / corner, v = (y_px - 0.5 * (height - 1)) / corner;
+  Eigen::Vector2d size_px(camera.lens.width(), camera.lens.height()), at_px(x_px, y_px);
+  if (camera.channel) {  // the lens darkens the sensor, whichever of its pixels are the image
+    size_px = camera.channel->sensor_px.cast<double>();
+    at_px = sensor_place_px(*camera.channel, at_px);
+  }
+  const double corner = 0.5 * size_px.norm();
+  const double u = (at_px.x() - 0.5 * (size_px.x() - 1.0)) / corner,
+               v = (at_px.y() - 0.5 * (size_px.y() - 1.0)) / corner;
   const double s = u * u + v * v;
   const auto& a = camera.vignetting.a;
   const auto& tilt = camera.vignetting.tilt;
@@ -77,23 +82,44 @@ ImageF vignetting_map(const Camera& camera) {
   return map;
 }
 
-void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
-  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
-  if (!vignetting && camera.psf_px == 0.0 && !camera.texture) return;
-  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
-  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
+namespace {
+
+// The images of the sequence, then the white and black ones where there are such.
+std::vector<ImageF*> all_images(RenderedCamera* rendered) {
   std::vector<ImageF*> images;
   for (ImageF& image : rendered->irradiance) images.push_back(&image);
   for (auto* image : {&rendered->white, &rendered->black})
     if (*image) images.push_back(&**image);
-  for (std::size_t k = 0; k < images.size(); ++k) {
-    ImageF* image = images[k];
-    const bool is_of_sequence = k < rendered->irradiance.size();  // references have no exposure of their own
-    const double exposure = is_of_sequence ? factor_of(camera.exposure_factors, first_image + k) : 1.0;
+  return images;
+}
+
+void apply_lens_effects(const Camera& camera, RenderedCamera* rendered) {
+  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
+  if (!vignetting && camera.psf_px == 0.0) return;
+  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
+  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
+  for (ImageF* image : all_images(rendered)) {
     if (vignetting)
       for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
     if (!kernel.empty()) *image = convolve_separable(*image, kernel);
-    if (camera.texture) apply_pixel_texture(*camera.texture, camera.texture_spread_px, exposure, *image);
+  }
+}
+
+}  // namespace
+
+void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
+  FT_CHECK(!camera.spreads_over_sensor(), "a point spread reaches over pixels of other colours");
+  apply_lens_effects(camera, rendered);
+  apply_textures(camera, rendered, first_image);
+}
+
+void apply_textures(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
+  if (!camera.texture) return;
+  const std::vector<ImageF*> images = all_images(rendered);
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    const bool is_of_sequence = k < rendered->irradiance.size();  // references have no exposure of their own
+    const double exposure = is_of_sequence ? factor_of(camera.exposure_factors, first_image + k) : 1.0;
+    apply_pixel_texture(*camera.texture, camera.texture_spread_px, exposure, *images[k]);
   }
 }
 

@@ -28,6 +28,10 @@ ImageF vignetting_map(const Camera& camera);
 /// Applies what the camera asks for to all images, the white and black ones included; nothing otherwise. The
 /// images are those of the sequence from `first_image` on: an exposure factor makes a texture's offset
 /// larger, too.
+/// A point spread goes over all pixels of a sensor: a camera with a channel has none here
+/// (Renderer::render()).
 void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image = 0);
+/// Applies the texture of the camera's pixels alone, which comes last.
+void apply_textures(const Camera& camera, RenderedCamera* rendered, std::size_t first_image = 0);
 
 }  // namespace fringetwin::render

@@ -380,7 +380,7 @@ PixelSample Reference::sample(std::size_t camera, const Eigen::Vector2d& q_px,
 // With depth of field the rim of the lens counts, too.
 bool Reference::is_whole(std::size_t camera, int x, int y) const {
   const GaussRule& rule = gauss_rule(4);
-  const double half = 0.5 * impl_->twin.render.pixel_fill;
+  const double half = 0.5 * impl_->twin.sampled_side_px(impl_->twin.cameras.at(camera));
   std::vector<Eigen::Vector2d> lens{Eigen::Vector2d::Zero()};
   if (impl_->twin.cameras.at(camera).optics)
     for (int k = 0; k < 8; ++k) lens.emplace_back(std::cos(0.25 * pi * k), std::sin(0.25 * pi * k));
@@ -421,16 +421,18 @@ ReferencePixel Reference::without_texture(std::size_t camera, int x, int y,
       }
     }
   }
-  const auto nodes = footprint(quadrature.gauss_n, twin.render.pixel_fill, twin.cameras[camera].psf_px);
+  const Camera& device = twin.cameras[camera];
+  const double px = device.pixel_side_px();  // of the sensor, in px of the image
+  const auto nodes = footprint(quadrature.gauss_n, twin.render.pixel_fill, device.psf_px);
   for (const auto& [dx, wx] : nodes)
     for (const auto& [dy, wy] : nodes)
       for (const auto& [uv, lens_weight] : lens) {
-        const Eigen::Vector2d q(x + dx, y + dy);
+        const Eigen::Vector2d q(x + px * dx, y + px * dy);
         if (const auto ray = impl_->camera_ray(camera, q, uv))
           impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? quadrature.bounce_n : 0),
-                     wx * wy * lens_weight * reference_vignetting(twin.cameras[camera], q), out);
+                     wx * wy * lens_weight * reference_vignetting(device, q), out);
       }
-  const std::vector<double>& exposures = twin.cameras[camera].exposure_factors;
+  const std::vector<double>& exposures = device.exposure_factors;
   for (std::size_t i = 0; i < exposures.size(); ++i) out.irradiance.at(i) *= exposures[i];
   return out;
 }

@@ -17,7 +17,7 @@ constexpr std::uint32_t kMostParts = 4;  // of a pixel's side, for pieces of fac
 template <class Use>
 void AdaptiveTrace::run_rule(const std::vector<std::uint32_t>& list, int order, Use use) {
   SampleSetup samples;
-  samples.table = gauss_samples(order * order, job_.twin.render.pixel_fill, {}, 0.0);
+  samples.table = gauss_samples(order * order, job_.twin.sampled_side_px(job_.camera), {}, 0.0);
   samples.n = static_cast<std::uint32_t>(order * order);
   device_.upload_samples(samples);
   device_.upload_pass(job_, *pass_, samples, limits());

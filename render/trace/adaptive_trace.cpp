@@ -211,7 +211,7 @@ void AdaptiveTrace::run_pass() {
 // the largest bounds, until those of the others fit into the budget.
 void AdaptiveTrace::take_back_unformed(std::vector<std::uint32_t>* pieces) {
   const FormedLimits limits{kAlwaysFormed * irradiance_target_, kAlwaysFormed * phase_target_rad_,
-                            job_.twin.render.pixel_fill};
+                            job_.twin.sampled_side_px(job_.camera)};
   std::vector<std::vector<FormedError>> found(job_.blocks.size());
   double irradiance_squares = 0.0, phase_squares = 0.0;
 #pragma omp parallel for schedule(dynamic, 16) reduction(+ : irradiance_squares, phase_squares)

@@ -93,7 +93,7 @@ void run_own_harmonics(TraceDevice& device, const TraceJob& job, const SampleSet
                        std::uint32_t* chunk) {
   const Sensor& sensor = job.camera.sensor;
   const FormedLimits limits{0.5 * job.out->sampling.gray_error * sensor.max_dn() / sensor.gain_dn,
-                            0.5 * job.out->sampling.phase_error_rad, job.twin.render.pixel_fill};
+                            0.5 * job.out->sampling.phase_error_rad, job.twin.sampled_side_px(job.camera)};
   std::vector<std::vector<FormedError>> found(job.blocks.size());
 #pragma omp parallel for schedule(dynamic, 16)
   for (std::size_t b = 0; b < job.blocks.size(); ++b) {

@@ -175,7 +175,7 @@ bool NoiseScene::set_noise(const Camera& camera, SurfacePoint* s) const {
     double amplitude = sensor.gain_dn * fringes.amplitude * w *
                        std::exp(-0.5 * wave * wave * projector.blur_px * projector.blur_px);
     for (const Vector3d& edge : s->edge_mm)
-      amplitude *= sinc(0.5 * twin_.render.pixel_fill * wave * s->gradient.dot(edge));
+      amplitude *= sinc(0.5 * twin_.sampled_side_px(camera) * wave * s->gradient.dot(edge));
     amplitude = std::abs(amplitude);
     if (amplitude < twin_.measure.min_modulation_dn) return false;
     if (sensor.black_level_dn + signal_dn + amplitude >= sensor.max_dn()) return false;

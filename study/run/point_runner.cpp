@@ -65,8 +65,14 @@ void PointRunner::load(const StudyPoint& point) {
   theory_.clear();
 }
 
+// Where objects move every image has a trace of its own; a point spread over the pixels of a colour sensor
+// needs the whole sensor's.
+bool PointRunner::forms_images_of_a_trace(const Twin& twin) {
+  return !has_motion(twin) && std::ranges::none_of(twin.cameras, &Camera::spreads_over_sensor);
+}
+
 void PointRunner::trace(const PlannedPoint& planned) {
-  if (has_motion(*twin_)) return;  // every image has a trace of its own
+  if (!forms_images_of_a_trace(*twin_)) return;
   Twin lit = *twin_;
   planned.demand.apply(&lit);
   const render::Sampling sampling = render::choose_sampling(lit);
@@ -89,7 +95,13 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   if (!keys_ || keys_->form != planned.keys.form) {
     keys_.reset();
     rendered_.clear();
-    if (has_motion(*twin_)) rendered_ = render::render_all(renderer_, *twin_, planned.point.seed);
+    if (!forms_images_of_a_trace(*twin_)) {
+      traces_.clear();
+      rendered_ = render::render_all(renderer_, *twin_, planned.point.seed);
+    } else if (traces_.empty()) {  // the point before had none
+      trace(planned);
+      *traced = true;
+    }
     for (std::size_t i = 0; i < traces_.size(); ++i) {
       if (render::holds_any_steps(*twin_)) render::set_pattern(*twin_, &traces_[i]);
       rendered_.push_back(render::form_camera(*twin_, i, traces_[i]));

@@ -42,6 +42,7 @@ class PointRunner {
   std::map<std::string, double> numbers(const PlannedPoint& planned, bool* traced);
   void load(const StudyPoint& point);
   void trace(const PlannedPoint& planned);
+  static bool forms_images_of_a_trace(const Twin& twin);
 
   PointTask task_;
   render::Renderer& renderer_;

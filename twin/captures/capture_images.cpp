@@ -44,7 +44,7 @@ void check_count(const CaptureSet& set, const CaptureCamera& source, std::size_t
 }
 
 ImageF load_dn(const fs::path& file, const Camera& camera) {
-  LoadedGray gray = read_gray(file, right_size(camera));
+  LoadedGray gray = read_camera_gray(file, camera);
   const int bit_depth = camera.sensor.bit_depth;
   if (gray.file_bits == 8 && bit_depth > 8)
     throw UserError(ExitCode::input, file.string(),
@@ -67,7 +67,7 @@ ImageF load_image(const fs::path& file, const Camera& camera, bool radiance) {
   if (is_exr_name(file) != radiance)
     throw UserError(ExitCode::input, file.string(),
                     "a capture set has either EXR images (irradiance) or gray images, not both");
-  return radiance ? read_irradiance(file, right_size(camera)) : load_dn(file, camera);
+  return radiance ? image_of_camera(read_irradiance(file, right_size(camera)), camera) : load_dn(file, camera);
 }
 
 fs::path image_file(const fs::path& dir, const std::string& camera, int number, const char* extension) {
@@ -93,8 +93,26 @@ void write_all(const fs::path& dir, const CameraImages& images, const char* exte
 }  // namespace
 
 RightSize right_size(const Camera& camera) {
-  return {camera.lens.width(), camera.lens.height(), fmt::format("camera \"{}\"", camera.name),
-          "check imagersize"};
+  RightSize right{camera.lens.width(), camera.lens.height(), fmt::format("camera \"{}\"", camera.name),
+                  "check imagersize"};
+  if (!camera.channel) return right;
+  right.of = fmt::format("channel \"{}\" of camera \"{}\"", name_of(camera.channel->colour), camera.name);
+  right.or_width = camera.channel->sensor_px.x();
+  right.or_height = camera.channel->sensor_px.y();
+  return right;
+}
+
+ImageF image_of_camera(ImageF image, const Camera& camera) {
+  const auto& channel = camera.channel;
+  const bool is_whole =
+      channel && image.width == channel->sensor_px.x() && image.height == channel->sensor_px.y();
+  return is_whole ? channel_image(image, *channel) : std::move(image);
+}
+
+LoadedGray read_camera_gray(const fs::path& file, const Camera& camera) {
+  LoadedGray gray = read_gray(file, right_size(camera));
+  gray.image = image_of_camera(std::move(gray.image), camera);
+  return gray;
 }
 
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes) {

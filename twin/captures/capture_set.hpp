@@ -61,8 +61,12 @@ struct CameraImages {
 /// expand a `pattern = "left/%04d.png"`.
 CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
 
-/// The size of an image of this camera.
+/// The size of an image of this camera; of a colour sensor's channel, also that of the whole sensor.
 RightSize right_size(const Camera& camera);
+/// Returns the camera's image: of an image of the whole colour sensor the pixels of its channel, else as it is.
+ImageF image_of_camera(ImageF image, const Camera& camera);
+/// Reads a gray image of this camera, of right_size(). Throws as read_gray().
+LoadedGray read_camera_gray(const std::filesystem::path& file, const Camera& camera);
 
 /// Loads one camera's images. Throws UserError(input) naming the image for: missing, truncated or
 /// undecodable file, wrong size (both sizes named), colour image, wrong count (both counts named),

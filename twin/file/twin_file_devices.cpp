@@ -234,12 +234,32 @@ Vignetting read_vignetting(const TomlTable& camera) {
   return v;
 }
 
+/// Reads which colour of a colour sensor the camera's image is; the lens, read before, is of the whole sensor.
+void read_channel(const TomlTable& sensor, Camera& camera) {
+  const auto mosaic = sensor.choice("mosaic", mosaic_names());
+  const auto colour = sensor.choice("channel", mosaic_colour_names());
+  if (!mosaic && !colour) return;
+  if (!mosaic)
+    sensor.fail("mosaic", "is missing", "channel needs it: the filters of the sensor's first four pixels, e.g. \"RGGB\"");
+  if (!colour)
+    sensor.fail("channel", "is missing",
+                "mosaic needs it: the colour whose pixels are the camera's image, e.g. \"green\"");
+  MosaicChannel channel{*mosaic, *mosaic_colour(*colour), {camera.lens.width(), camera.lens.height()}};
+  if (channel.sensor_px.x() < 2 || channel.sensor_px.y() < 2)
+    sensor.fail("mosaic", "needs an imagersize of 2 x 2 px or more");
+  camera.lens = image_lens(camera.lens, channel, "the lens of the image of camera " + camera.name);
+  camera.channel = std::move(channel);
+}
+
 Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
   table.allow(with_device_keys(names_of_keys<Camera>()));
   const std::string name = table.required_name();
   const Device device = read_device(table, context, first);
   Camera camera{name, device.lens, device.T_device_world, {}, {}};
-  if (const auto sensor = table.table("sensor")) camera.sensor = read_sensor(*sensor, context);
+  if (const auto sensor = table.table("sensor")) {
+    camera.sensor = read_sensor(*sensor, context);
+    read_channel(*sensor, camera);
+  }
   if (const auto optics = table.table("optics")) camera.optics = read_optics(*optics);
   read_plain_keys(table, camera);
   camera.vignetting = read_vignetting(table);

@@ -22,6 +22,8 @@ struct RightSize {
   int width = 0, height = 0;
   std::string of = {};    ///< what has this size: `camera "left"`
   std::string hint = {};  ///< what to do about another
+  /// Another size that it may have, where there is one: that of a whole colour sensor beside its channel's.
+  int or_width = 0, or_height = 0;
 };
 
 struct LoadedGray {

@@ -35,9 +35,17 @@ Decoding& decoding() {
   return one;
 }
 
+bool is_of(const PromisedImage& image, int width, int height) {
+  return image.width == static_cast<std::uint64_t>(width) && image.height == static_cast<std::uint64_t>(height);
+}
+
+bool has_right_size(const PromisedImage& image, const RightSize& right) {
+  return is_of(image, right.width, right.height) ||
+         (right.or_width > 0 && is_of(image, right.or_width, right.or_height));
+}
+
 bool has_swapped_sides(const PromisedImage& image, const RightSize& right) {
-  return !right.hint.empty() && image.width == static_cast<std::uint64_t>(right.height) &&
-         image.height == static_cast<std::uint64_t>(right.width);
+  return !right.hint.empty() && is_of(image, right.height, right.width);
 }
 
 }  // namespace
@@ -57,9 +65,11 @@ std::uint64_t check_promise(const fs::path& file, const PromisedImage& image, st
     throw UserError(ExitCode::input, file.string(), what, hint);
   };
   const std::string size = fmt::format("{} x {} px", image.width, image.height);
-  if (right && (image.width != static_cast<std::uint64_t>(right->width) ||
-                image.height != static_cast<std::uint64_t>(right->height)))
-    refuse(fmt::format("is {}, {} has {} x {}", size, right->of, right->width, right->height),
+  if (right && !has_right_size(image, *right))
+    refuse(fmt::format("is {}, {} has {} x {}{}", size, right->of, right->width, right->height,
+                       right->or_width > 0
+                           ? fmt::format(", its whole sensor {} x {}", right->or_width, right->or_height)
+                           : ""),
            has_swapped_sides(image, *right) ? "width and height are swapped; " + right->hint : right->hint);
   if (image.width == 0 || image.height == 0) refuse(fmt::format("is {}, it has no pixels", size), "");
   const double factor = file_limits_factor();
