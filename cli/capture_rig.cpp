@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "capture/device/channel_camera.hpp"
 #include "capture/genicam/genicam_camera.hpp"
 #include "capture/genicam/genicam_list.hpp"
 #include "capture/open_display.hpp"
@@ -27,8 +28,27 @@ namespace fs = std::filesystem;
 
 constexpr const char* kTwinPrefix = "twin:";
 
+/// The device under the twin's name; of one that delivers the whole sensor of a channel, its pixels alone.
 capture::RigCamera rig_camera(const Camera& camera, std::unique_ptr<capture::CameraDevice> device) {
+  const capture::CameraInfo info = device->info();
+  if (camera.channel && (info.width != camera.lens.width() || info.height != camera.lens.height()))
+    device = std::make_unique<capture::ChannelCamera>(std::move(device), *camera.channel);
   return {camera.name, camera.sensor.bit_depth, std::move(device)};
+}
+
+/// Width and height of the frames that are asked for.
+Eigen::Vector2i sensor_size_px(const Camera& camera) {
+  return camera.channel ? camera.channel->sensor_px
+                        : Eigen::Vector2i(camera.lens.width(), camera.lens.height());
+}
+std::string mosaic_of(const Camera& camera) { return camera.channel ? camera.channel->mosaic : ""; }
+
+void warn_of_raw_mosaic(const Camera& camera, const std::string& device, const capture::CameraInfo& info) {
+  if (!camera.channel && info.provenance.contains("mosaic"))
+    warn(fmt::format(
+        "{}: the images are the raw mosaic of a colour sensor, and the twin's camera \"{}\" has none: "
+        "say mosaic and channel in [camera.sensor]",
+        device, camera.name));
 }
 
 /// The twin that stands in for the rig, showing the sequence of the twin to be recorded.
@@ -41,6 +61,15 @@ Twin stand_in(const Twin& twin, const std::string& file) {
     if (it == rig.cameras.end())
       throw UserError(ExitCode::usage, file, fmt::format("has no camera \"{}\"", wanted.name),
                       "the twin that stands in for the rig needs the cameras of the twin to be recorded");
+    if (it->channel && it->channel != wanted.channel)
+      throw UserError(
+          ExitCode::usage, file,
+          fmt::format("shows the colour \"{}\" of a sensor {} as camera \"{}\", the twin to be recorded {}",
+                      name_of(it->channel->colour), it->channel->mosaic, wanted.name,
+                      wanted.channel ? fmt::format("\"{}\" of {}", name_of(wanted.channel->colour),
+                                                   wanted.channel->mosaic)
+                                     : "no colour"),
+          "give both the same mosaic and channel in [camera.sensor]");
     cameras.push_back(*it);
   }
   rig.cameras = std::move(cameras);
@@ -117,8 +146,9 @@ std::unique_ptr<capture::CameraDevice> open_v4l2(const Camera& camera, const std
   capture::V4l2CameraOptions options;
   options.device = device;
   if (!flags.format.empty()) options.format.format = capture::required_pixel_format(flags.format, "--format");
-  options.format.width = camera.lens.width();
-  options.format.height = camera.lens.height();
+  options.format.width = sensor_size_px(camera).x();
+  options.format.height = sensor_size_px(camera).y();
+  options.format.mosaic = mosaic_of(camera);
   options.format.rate_hz = flags.rate_hz;
   options.format.shift = flags.shift;
   options.gain = flags.gain;
@@ -129,6 +159,7 @@ std::unique_ptr<capture::CameraDevice> open_v4l2(const Camera& camera, const std
   if (const auto range = provenance.find("range"); range != provenance.end())
     warn(fmt::format("{}: the driver says that its values are {}; prefer GREY or a deeper format", device,
                      range->second));
+  warn_of_raw_mosaic(camera, device, opened->info());
   return opened;
 }
 
@@ -138,8 +169,9 @@ std::unique_ptr<capture::CameraDevice> open_genicam(const Camera& camera, const 
   options.name = device;
   options.format = flags.format;
   options.stored_bits = camera.sensor.bit_depth;
-  options.width = camera.lens.width();
-  options.height = camera.lens.height();
+  options.width = sensor_size_px(camera).x();
+  options.height = sensor_size_px(camera).y();
+  options.mosaic = mosaic_of(camera);
   options.rate_hz = flags.rate_hz;
   options.shift = flags.shift;
   options.gain = flags.gain;
@@ -150,9 +182,7 @@ std::unique_ptr<capture::CameraDevice> open_genicam(const Camera& camera, const 
   auto opened = capture::open_genicam(device, &provenance);
   auto made = std::make_unique<capture::GenicamCamera>(options, std::move(opened), provenance);
   const capture::CameraInfo info = made->info();
-  if (info.provenance.contains("mosaic"))
-    warn(fmt::format("{}: the images are the raw mosaic of a colour sensor, which no twin's camera has",
-                     device));
+  warn_of_raw_mosaic(camera, device, info);
   if (!info.triggered && flags.trigger != "off")
     say(fmt::format("{}: has no software trigger, frames come by themselves", device));
   return made;
@@ -184,13 +214,14 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
 }
 
 void add_device_flags(CLI::App& sub, RigFlags& flags) {
-  sub.add_option("--format", flags.format,
-                 "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG; of GenICam cameras: Mono8, Mono12p, "
-                 "BayerRG8 "
-                 "...")
+  sub.add_option(
+         "--format", flags.format,
+         "Pixel format: GREY, Y10, Y12, Y16, Y16-BE, YUYV, MJPG, SRGGB8 ...; of GenICam cameras: Mono8, "
+         "Mono12p, BayerRG8 ...")
       ->type_name("NAME")
       ->default_str(
-          "the deepest offered; of GenICam cameras that of the twin's depth, else the deepest Mono");
+          "the deepest of the twin's mosaic, or monochrome; of GenICam cameras that of the twin's depth "
+          "first");
   sub.add_option("--trigger", flags.trigger,
                  "GenICam cameras: software, each frame is asked for; off, frames come by themselves")
       ->type_name("NAME")

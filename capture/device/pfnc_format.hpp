@@ -28,6 +28,8 @@ struct PfncFormat {
   const char* mosaic;  ///< colours of the first two pixels of a Bayer sensor: "RG"; "" = monochrome
 
   bool is_mosaic() const { return *mosaic != '\0'; }
+  /// Is it the format of a sensor with this mosaic ("RGGB"), or of a monochrome one ("")?
+  bool is_of(const std::string& sensor_mosaic) const { return sensor_mosaic.substr(0, 2) == mosaic; }
   int bits_per_pixel() const;
 };
 

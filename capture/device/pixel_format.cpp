@@ -17,15 +17,37 @@
 namespace fringetwin::capture {
 namespace {
 
-constexpr std::array<PixelFormatTraits, 7> kAllFormats{{
-    {PixelFormat::y16, "Y16", V4L2_PIX_FMT_Y16, 16, 2},
-    {PixelFormat::y16_be, "Y16-BE", V4L2_PIX_FMT_Y16_BE, 16, 2},
-    {PixelFormat::y12, "Y12", V4L2_PIX_FMT_Y12, 12, 2},
-    {PixelFormat::y10, "Y10", V4L2_PIX_FMT_Y10, 10, 2},
-    {PixelFormat::grey, "GREY", V4L2_PIX_FMT_GREY, 8, 1},
-    {PixelFormat::yuyv, "YUYV", V4L2_PIX_FMT_YUYV, 8, 2},
-    {PixelFormat::mjpg, "MJPG", V4L2_PIX_FMT_MJPEG, 8, 0},
+constexpr std::array<PixelFormatTraits, 27> kAllFormats{{
+    {PixelFormat::y16, "Y16", V4L2_PIX_FMT_Y16, 16, 2, ""},
+    {PixelFormat::y16_be, "Y16-BE", V4L2_PIX_FMT_Y16_BE, 16, 2, ""},
+    {PixelFormat::y12, "Y12", V4L2_PIX_FMT_Y12, 12, 2, ""},
+    {PixelFormat::y10, "Y10", V4L2_PIX_FMT_Y10, 10, 2, ""},
+    {PixelFormat::grey, "GREY", V4L2_PIX_FMT_GREY, 8, 1, ""},
+    {PixelFormat::yuyv, "YUYV", V4L2_PIX_FMT_YUYV, 8, 2, ""},
+    {PixelFormat::mjpg, "MJPG", V4L2_PIX_FMT_MJPEG, 8, 0, ""},
+    {PixelFormat::srggb16, "SRGGB16", V4L2_PIX_FMT_SRGGB16, 16, 2, "RGGB"},
+    {PixelFormat::sgrbg16, "SGRBG16", V4L2_PIX_FMT_SGRBG16, 16, 2, "GRBG"},
+    {PixelFormat::sgbrg16, "SGBRG16", V4L2_PIX_FMT_SGBRG16, 16, 2, "GBRG"},
+    {PixelFormat::sbggr16, "SBGGR16", V4L2_PIX_FMT_SBGGR16, 16, 2, "BGGR"},
+    {PixelFormat::srggb14, "SRGGB14", V4L2_PIX_FMT_SRGGB14, 14, 2, "RGGB"},
+    {PixelFormat::sgrbg14, "SGRBG14", V4L2_PIX_FMT_SGRBG14, 14, 2, "GRBG"},
+    {PixelFormat::sgbrg14, "SGBRG14", V4L2_PIX_FMT_SGBRG14, 14, 2, "GBRG"},
+    {PixelFormat::sbggr14, "SBGGR14", V4L2_PIX_FMT_SBGGR14, 14, 2, "BGGR"},
+    {PixelFormat::srggb12, "SRGGB12", V4L2_PIX_FMT_SRGGB12, 12, 2, "RGGB"},
+    {PixelFormat::sgrbg12, "SGRBG12", V4L2_PIX_FMT_SGRBG12, 12, 2, "GRBG"},
+    {PixelFormat::sgbrg12, "SGBRG12", V4L2_PIX_FMT_SGBRG12, 12, 2, "GBRG"},
+    {PixelFormat::sbggr12, "SBGGR12", V4L2_PIX_FMT_SBGGR12, 12, 2, "BGGR"},
+    {PixelFormat::srggb10, "SRGGB10", V4L2_PIX_FMT_SRGGB10, 10, 2, "RGGB"},
+    {PixelFormat::sgrbg10, "SGRBG10", V4L2_PIX_FMT_SGRBG10, 10, 2, "GRBG"},
+    {PixelFormat::sgbrg10, "SGBRG10", V4L2_PIX_FMT_SGBRG10, 10, 2, "GBRG"},
+    {PixelFormat::sbggr10, "SBGGR10", V4L2_PIX_FMT_SBGGR10, 10, 2, "BGGR"},
+    {PixelFormat::srggb8, "SRGGB8", V4L2_PIX_FMT_SRGGB8, 8, 1, "RGGB"},
+    {PixelFormat::sgrbg8, "SGRBG8", V4L2_PIX_FMT_SGRBG8, 8, 1, "GRBG"},
+    {PixelFormat::sgbrg8, "SGBRG8", V4L2_PIX_FMT_SGBRG8, 8, 1, "GBRG"},
+    {PixelFormat::sbggr8, "SBGGR8", V4L2_PIX_FMT_SBGGR8, 8, 1, "BGGR"},
 }};
+
+bool has_words(PixelFormat format) { return traits(format).bit_depth > 8; }
 
 // The place of a word's low and high byte.
 struct WordOrder {
@@ -121,6 +143,13 @@ std::string pixel_format_names() {
   return names;
 }
 
+std::string pixel_format_names(const std::string& mosaic) {
+  std::string names;
+  for (const PixelFormatTraits& t : kAllFormats)
+    if (mosaic == t.mosaic) names += (names.empty() ? "" : ", ") + std::string(t.name);
+  return names;
+}
+
 std::string fourcc_text(std::uint32_t fourcc) {
   for (const PixelFormatTraits& t : kAllFormats)
     if (t.fourcc == fourcc) return t.name;
@@ -142,15 +171,8 @@ FrameFault check_length(std::span<const std::byte> bytes, const FrameLayout& lay
 
 UnpackedFrame unpack_frame(std::span<const std::byte> bytes, const FrameLayout& layout) {
   if (const FrameFault fault = check_length(bytes, layout); fault != FrameFault::none) return {{}, fault};
-  switch (layout.format) {
-    case PixelFormat::mjpg:
-      return unpack_jpeg(bytes, layout);
-    case PixelFormat::grey:
-    case PixelFormat::yuyv:
-      return unpack_bytes(bytes, layout);
-    default:
-      return unpack_words(bytes, layout);
-  }
+  if (layout.format == PixelFormat::mjpg) return unpack_jpeg(bytes, layout);
+  return has_words(layout.format) ? unpack_words(bytes, layout) : unpack_bytes(bytes, layout);
 }
 
 void pack_frame(const ImageU16& dn, const FrameLayout& layout, std::span<std::byte> bytes) {
@@ -159,7 +181,7 @@ void pack_frame(const ImageU16& dn, const FrameLayout& layout, std::span<std::by
            "an uncompressed buffer");
   const int stride = traits(layout.format).bytes_per_pixel;
   const WordOrder order = word_order(layout.format);
-  const bool words = layout.format != PixelFormat::grey && layout.format != PixelFormat::yuyv;
+  const bool words = has_words(layout.format);
   for (int y = 0; y < layout.height; ++y) {
     std::byte* to = bytes.data() + static_cast<std::size_t>(y) * layout.bytes_per_line;
     for (int x = 0; x < layout.width; ++x, to += stride) {

@@ -11,7 +11,16 @@
 
 namespace fringetwin::capture {
 
-enum class PixelFormat { y16, y16_be, y12, y10, grey, yuyv, mjpg };
+// clang-format off
+enum class PixelFormat {
+  y16, y16_be, y12, y10, grey, yuyv, mjpg,
+  srggb16, sgrbg16, sgbrg16, sbggr16,
+  srggb14, sgrbg14, sgbrg14, sbggr14,
+  srggb12, sgrbg12, sgbrg12, sbggr12,
+  srggb10, sgrbg10, sgbrg10, sbggr10,
+  srggb8, sgrbg8, sgbrg8, sbggr8,
+};
+// clang-format on
 
 struct PixelFormatTraits {
   PixelFormat format;
@@ -19,16 +28,20 @@ struct PixelFormatTraits {
   std::uint32_t fourcc;  ///< V4L2_PIX_FMT_...
   int bit_depth;
   int bytes_per_pixel;  ///< 0: compressed
+  const char* mosaic;   ///< colours of a Bayer sensor's first four pixels, "RGGB"; "" = monochrome
 };
 
-/// Deepest first, uncompressed before compressed: the order in which an unnamed format is chosen.
+/// Monochrome before Bayer, deepest first, uncompressed before compressed: the order in which an unnamed
+/// format is chosen.
 std::span<const PixelFormatTraits> pixel_formats();
 const PixelFormatTraits& traits(PixelFormat format);
 std::optional<PixelFormat> pixel_format_of_fourcc(std::uint32_t fourcc);
 std::optional<PixelFormat> pixel_format_of_name(const std::string& name);  ///< case does not matter
 /// Throws UserError(usage) for a name that is none.
 PixelFormat required_pixel_format(const std::string& name, const std::string& option);
-std::string pixel_format_names();               ///< "Y16, Y16-BE, ..."
+std::string pixel_format_names();  ///< "Y16, Y16-BE, ..."
+/// Those of one mosaic; "": monochrome.
+std::string pixel_format_names(const std::string& mosaic);
 std::string fourcc_text(std::uint32_t fourcc);  ///< "Y16-BE", "RGB3": also unknown ones
 
 /// The layout of a frame in memory.
@@ -50,8 +63,8 @@ struct UnpackedFrame {
 
 /// Returns the fault that the number of bytes shows, without looking at pixels.
 FrameFault check_length(std::span<const std::byte> bytes, const FrameLayout& layout);
-/// YUYV and MJPG give the luma. A JPEG with any warning of the decoder, and a word with bits beyond its
-/// format, are FrameFault::undecodable.
+/// YUYV and MJPG give the luma, a Bayer sensor's pixels are given one by one, as they lie on it. A JPEG with
+/// any warning of the decoder, and a word with bits beyond its format, are FrameFault::undecodable.
 UnpackedFrame unpack_frame(std::span<const std::byte> bytes, const FrameLayout& layout);
 
 /// The inverse for uncompressed formats, chroma neutral. `bytes` has layout.used_bytes() at least; padding is

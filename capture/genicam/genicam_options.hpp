@@ -20,7 +20,8 @@ struct GenicamCameraOptions {
   std::string name = kGenicamPrefix;  ///< "genicam:SERIAL"; nothing behind the colon: the only one
   std::string format;                 ///< "Mono12p"; "": the twin's depth, else the deepest of monochrome
   int stored_bits = 8;                ///< bit_depth of the twin's sensor
-  int width = 0, height = 0;          ///< of the twin's camera
+  int width = 0, height = 0;          ///< of the twin's camera; with a mosaic of its whole sensor
+  std::string mosaic;                 ///< of the twin's sensor, "RGGB": only formats of it; "": none
   std::optional<double> rate_hz;
   int shift = 0;
   std::optional<std::int64_t> gain;

@@ -36,13 +36,13 @@ std::string offset_of(const GenicamCameraOptions& options, const std::string& na
   return "0";
 }
 
-/// The format of the twin's own depth in as few bytes as may be, else the deepest; monochrome alone, for a
-/// mosaic is no image of the twin's camera.
-const PfncFormat* preferred_format(const GenicamFeature& offered, int stored_bits) {
+/// The format of the twin's own depth in as few bytes as may be, else the deepest; of the twin's mosaic, or
+/// monochrome, for another mosaic is no image of the twin's camera.
+const PfncFormat* preferred_format(const GenicamFeature& offered, const GenicamCameraOptions& options) {
   const PfncFormat* chosen = nullptr;
   for (const PfncFormat& format : pfnc_formats()) {
-    if (format.is_mosaic() || !offered.has_choice(format.name)) continue;
-    if (format.bit_depth == stored_bits) return &format;
+    if (!format.is_of(options.mosaic) || !offered.has_choice(format.name)) continue;
+    if (format.bit_depth == options.stored_bits) return &format;
     if (chosen == nullptr) chosen = &format;
   }
   return chosen;
@@ -50,17 +50,28 @@ const PfncFormat* preferred_format(const GenicamFeature& offered, int stored_bit
 
 const PfncFormat& chosen_format(const GenicamSettings& settings, const GenicamCameraOptions& options) {
   const GenicamFeature offered = settings.feature("PixelFormat");
-  const PfncFormat* format = options.format.empty() ? preferred_format(offered, options.stored_bits)
-                                                    : pfnc_format_of_name(options.format);
+  const PfncFormat* format =
+      options.format.empty() ? preferred_format(offered, options) : pfnc_format_of_name(options.format);
   const std::string has = fmt::format("it has {}", fmt::join(offered.choices, ", "));
   if (!options.format.empty() && format == nullptr)
     throw settings.refusal(fmt::format("'{}' is none of the formats that are understood", options.format),
                            has);
+  if (format == nullptr && !options.mosaic.empty())
+    throw settings.refusal(
+        fmt::format("offers no format of the mosaic {} that the twin's sensor has", options.mosaic),
+        has + "; check mosaic in [camera.sensor]");
   if (format == nullptr)
-    throw settings.refusal("offers no monochrome format",
-                           has + "; a Bayer format named with --format is recorded as its raw mosaic");
+    throw settings.refusal(
+        "offers no monochrome format",
+        has +
+            "; a twin of a colour sensor says mosaic and channel in [camera.sensor], a Bayer "
+            "format named with --format is recorded as its raw mosaic");
   if (!offered.has_choice(format->name))
     throw settings.refusal(fmt::format("does not offer {}", format->name), has);
+  if (!options.mosaic.empty() && !format->is_of(options.mosaic))
+    throw settings.refusal(
+        fmt::format("gives {}, the twin's sensor is a mosaic {}", format->name, options.mosaic),
+        "leave --format out, or check mosaic in [camera.sensor]");
   return *format;
 }
 

@@ -127,7 +127,10 @@ std::map<std::string, std::string> plan_identity(const Twin& twin, const Capture
   };
   for (const Camera& camera : twin.cameras)
     identity["camera " + camera.name] =
-        fmt::format("{} x {} px, {} bit", camera.lens.width(), camera.lens.height(), camera.sensor.bit_depth);
+        fmt::format("{} x {} px, {} bit", camera.lens.width(), camera.lens.height(),
+                    camera.sensor.bit_depth) +
+        (camera.channel ? fmt::format(", {} of {}", name_of(camera.channel->colour), camera.channel->mosaic)
+                        : "");
   return identity;
 }
 

@@ -227,6 +227,8 @@ CameraInfo V4l2Camera::info() const {
                   .provenance = device_.provenance()};
   info.provenance.insert(agreed_.provenance.begin(), agreed_.provenance.end());
   info.provenance.insert(control_values_.begin(), control_values_.end());
+  if (const char* mosaic = traits(agreed_.layout.format).mosaic; *mosaic != '\0')
+    info.provenance["mosaic"] = mosaic;
   if (agreed_.layout.shift > 0) info.provenance["shift"] = std::to_string(agreed_.layout.shift);
   if (refused_starts_ > 0) info.provenance["refused_starts"] = std::to_string(refused_starts_);
   if (buffer_flags_) {

@@ -80,14 +80,14 @@ PixelFormat chosen_format(const V4l2Device& device, v4l2_buf_type type, const V4
   std::vector<std::string> names;
   for (const std::uint32_t fourcc : offered) names.push_back(fourcc_text(fourcc));
   for (const PixelFormatTraits& t : pixel_formats()) {
-    if (wish.format && *wish.format != t.format) continue;
+    if (wish.format ? *wish.format != t.format : wish.mosaic != t.mosaic) continue;
     if (type == V4L2_BUF_TYPE_VIDEO_OUTPUT && t.bytes_per_pixel == 0) continue;
     const bool has = std::ranges::any_of(
         offered, [&](std::uint32_t fourcc) { return pixel_format_of_fourcc(fourcc) == t.format; });
     if (has) return t.format;
   }
-  throw device.refusal((wish.format ? fmt::format("does not offer {}", traits(*wish.format).name)
-                                    : "offers none of " + pixel_format_names()),
+  throw device.refusal(wish.format ? fmt::format("does not offer {}", traits(*wish.format).name)
+                                   : "offers none of " + pixel_format_names(wish.mosaic),
                        fmt::format("it offers {}", fmt::join(names, ", ")));
 }
 
@@ -145,6 +145,10 @@ FrameLayout layout_of(const v4l2_pix_format& got, PixelFormat format, const V4l2
 void set_format(const V4l2Device& device, v4l2_buf_type type, const V4l2FormatWish& wish,
                 V4l2Agreed& agreed) {
   const PixelFormat format = chosen_format(device, type, wish);
+  if (!wish.mosaic.empty() && wish.mosaic != traits(format).mosaic)
+    throw device.refusal(
+        fmt::format("gives {}, the twin's sensor is a mosaic {}", traits(format).name, wish.mosaic),
+        "leave --format out, or check mosaic in [camera.sensor]");
   if (wish.shift < 0 || wish.shift > traits(format).bit_depth - 8)
     throw device.refusal(fmt::format("a shift of {} leaves less than 8 of {}'s {} bits", wish.shift,
                                      traits(format).name, traits(format).bit_depth));

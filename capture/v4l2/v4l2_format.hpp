@@ -11,6 +11,7 @@ struct V4l2FormatWish {
   int width = 0, height = 0;          ///< 0: as the device has it
   std::optional<double> rate_hz;
   int shift = 0;
+  std::string mosaic = {};  ///< of the twin's camera: only formats of it, "RGGB"; "": monochrome unless named
 };
 
 struct V4l2Agreed {

@@ -331,6 +331,19 @@ TEST(Refine, ALensOfAFileIsMergedWhole) {
   EXPECT_TRUE(refined_blocks(after, after).empty());
 }
 
+TEST(Refine, ALensOfAColourSensorIsWrittenForTheWholeSensor) {
+  const auto twin_with = [](double f_px) {
+    Twin twin = ball_at(5.0);
+    const Lens sensor("LENSMODEL_PINHOLE", {f_px, 905, 31.5, 23.5}, {64, 48}, "test");
+    const MosaicChannel blue{"RGGB", MosaicColour::blue, {64, 48}};
+    twin.cameras = {{"left", image_lens(sensor, blue, "test"), Pose{}, Sensor{}, std::nullopt}};
+    twin.cameras[0].channel = blue;
+    return twin;
+  };
+  EXPECT_THAT(refined_toml({}, twin_with(900.0), twin_with(900.5)),
+              HasSubstr("[[camera]]  # \"left\"\nintrinsics = [900.5, 905, 31.5, 23.5]\n"));
+}
+
 TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
   Twin before = ball_at(5.0);
   before.fringes.directions = {{Axis::x, {13, 14}, {0, 0}, {}}};

@@ -154,6 +154,22 @@ TEST(CalibrationCovariance, ChangesOneParameterOnly) {
   }
 }
 
+// A calibration is of the whole sensor: its pixels are half of those of a channel's image.
+TEST(CalibrationCovariance, LensOfAColourSensor) {
+  Twin twin = rig();
+  Camera& left = twin.cameras[0];
+  left.channel = MosaicChannel{"RGGB", MosaicColour::blue, {left.lens.width(), left.lens.height()}};
+  left.lens = image_lens(left.lens, *left.channel, "test");
+  const auto change_of = [&](const std::string& name, double d, std::size_t i) {
+    const Twin changed =
+        with_rig_change(twin, {"", {name}, Eigen::MatrixXd::Ones(1, 1)}, Eigen::VectorXd::Constant(1, d));
+    return changed.cameras[0].whole_lens().intrinsics()[i] - left.whole_lens().intrinsics()[i];
+  };
+  EXPECT_EQ(change_of("left.fx", 2.5, 0), 2.5);
+  EXPECT_EQ(change_of("left.cy", -1.5, 3), -1.5);
+  EXPECT_EQ(change_of("left.p1", 0.01, 6), 0.01);
+}
+
 /// Parameters of very different sizes, one that is known exactly, and two that are not independent.
 TEST(CalibrationCovariance, DirectionsAddUpToIt) {
   Eigen::Matrix4d m;

@@ -97,8 +97,11 @@ ShareKeys share_keys(const Twin& twin, const StudyPoint& point) {
   // Random samples are the seed's own, so that they average out over the seeds as well.
   const Sampler sampler = render::choose_sampling(twin).sampler;
   const bool random = sampler == Sampler::multi_jittered || sampler == Sampler::sobol;
-  const std::string head =
-      random || twin.render.bounces > 0 ? "seed " + std::to_string(point.seed) + '\n' : "";
+  std::string head = random || twin.render.bounces > 0 ? "seed " + std::to_string(point.seed) + '\n' : "";
+  // A table "sensor" as a whole is passed over above; what it says of the image's pixels is no sensor's
+  // matter.
+  for (const Camera& camera : twin.cameras)
+    if (camera.channel) head += camera.channel->mosaic + ' ' + name_of(camera.channel->colour) + '\n';
   return {join(head, trace), join(head, form)};
 }
 

@@ -19,6 +19,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
+#include "tests/support/twin/expect_user_error.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/captures/foreign_set.hpp"
 #include "twin/image/image_io.hpp"
@@ -57,6 +58,14 @@ CameraImages make_images(const std::string& camera, int count, int bit_depth = 8
   for (int i = 0; i < count; ++i)
     images.images.push_back(random_image(static_cast<unsigned>(i), (1 << bit_depth) - 1));
   return images;
+}
+
+/// A camera whose image is one colour of a sensor of kWidth x kHeight.
+Camera make_channel(const std::string& name, const std::string& mosaic, MosaicColour colour) {
+  Camera camera = make_camera(name);
+  camera.channel = MosaicChannel{mosaic, colour, {kWidth, kHeight}};
+  camera.lens = image_lens(camera.lens, *camera.channel, "test");
+  return camera;
 }
 
 class CaptureSetTest : public ::testing::Test {
@@ -230,6 +239,39 @@ TEST_F(CaptureSetTest, OddSizeNamesBothSizes) {
   write_gray_png(folder_ / "left" / "0003.png", ImageF(kWidth + 1, kHeight), 8);
   EXPECT_THAT(load_error(),
               AllOf(HasSubstr("0003.png: is 21 x 10 px"), HasSubstr("camera \"left\" has 20 x 10")));
+}
+
+// Raw images of the whole sensor, and images that have only the channel's pixels already, gray and EXR.
+TEST_F(CaptureSetTest, OneColourOfAMosaic) {
+  const Camera blue = make_channel("left", "GRBG", MosaicColour::blue);  // columns 0, 2 ..., rows 1, 3 ...
+  CameraImages raw = make_images("left", 4), own = raw;
+  for (ImageF& image : own.images) {
+    ImageF part(kWidth / 2, kHeight / 2);
+    for (int y = 0; y < part.height; ++y)
+      for (int x = 0; x < part.width; ++x) part(x, y) = image(2 * x, 2 * y + 1);
+    image = part;
+  }
+  for (const CameraImages* images : {&raw, &own}) {
+    for (const bool radiance : {false, true}) {
+      fs::remove_all(folder_ / "left");
+      CameraImages stored = *images;
+      stored.radiance = radiance;
+      radiance ? write_camera_radiance(folder_, stored) : write_camera_images(folder_, stored);
+      write_capture_toml(folder_, {&stored}, {}, radiance ? "exr" : "png");
+      const CameraImages back = load_camera_images(read_capture_set(folder_, 4), blue, make_fringes(4));
+      for (std::size_t k = 0; k < 4; ++k) {
+        EXPECT_EQ(back.images[k].width, kWidth / 2);
+        EXPECT_EQ(back.images[k].data, own.images[k].data) << k << ' ' << radiance;
+      }
+    }
+  }
+  write_camera_images(folder_, raw);
+  write_capture_toml(folder_, {&raw}, {}, "png");
+  write_gray_png(folder_ / "left" / "0003.png", ImageF(kWidth, kHeight + 1), 8);
+  testing::expect_user_error(
+      ExitCode::input,
+      "0003.png: is 20 x 11 px, channel \"blue\" of camera \"left\" has 10 x 5, its whole sensor 20 x 10",
+      [&] { load_camera_images(read_capture_set(folder_, 4), blue, make_fringes(4)); });
 }
 
 TEST_F(CaptureSetTest, ColourImage) {

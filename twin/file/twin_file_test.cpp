@@ -106,6 +106,30 @@ TEST_F(TwinFile, ProjectorResponses) {
   EXPECT_EQ(table(1.0), 1.0);
 }
 
+TEST_F(TwinFile, OneColourOfAColourSensor) {
+  const std::string start = kHead + kCamera + "[camera.sensor]\n", end = "\n" + kFringes;
+  const auto image = [&](const std::string& keys) { return load(start + keys + end).cameras[0]; };
+  EXPECT_FALSE(image("bit_depth = 8").channel);
+  const Camera blue = image("mosaic = \"RGGB\"\nchannel = \"blue\"");
+  ASSERT_TRUE(blue.channel);
+  EXPECT_EQ(blue.channel->sensor_px, Eigen::Vector2i(640, 480));
+  EXPECT_EQ(blue.lens.width(), 320);
+  EXPECT_EQ(blue.lens.height(), 240);
+  EXPECT_EQ(blue.lens.intrinsics(), (std::vector<double>{300, 300.75, 159.25, 119.25, -0.1, 0.05, 0, 0}));
+  EXPECT_EQ(blue.whole_lens().intrinsics(),
+            (std::vector<double>{600, 601.5, 319.5, 239.5, -0.1, 0.05, 0, 0}));
+  EXPECT_EQ(blue.pixel_side_px(), 0.5);
+  const auto wrong = [&](const std::string& keys, const std::string& line) {
+    return error(start + keys + end, line);
+  };
+  EXPECT_THAT(wrong("mosaic = \"RGGB\"", "[camera.sensor]"), HasSubstr("channel is missing"));
+  EXPECT_THAT(wrong("channel = \"green\"", "[camera.sensor]"), HasSubstr("mosaic is missing"));
+  EXPECT_THAT(wrong("mosaic = \"RGBG\"\nchannel = \"green\"", "mosaic ="),
+              HasSubstr("must be one of \"RGGB\", \"BGGR\", \"GRBG\", \"GBRG\", is \"RGBG\""));
+  EXPECT_THAT(wrong("mosaic = \"RGGB\"\nchannel = \"gren\"", "channel ="),
+              HasSubstr("did you mean \"green\""));
+}
+
 TEST_F(TwinFile, ProjectorOpticsAndPixels) {
   const std::string start = kHead + kCamera + kProjectorLens;
   const Projector plain = *load(start + kFringes).projector;
