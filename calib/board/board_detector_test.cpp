@@ -190,6 +190,38 @@ TEST(BoardDetector, PicturesOfAnotherSizeAreRefused) {
   }
 }
 
+// What is calibrated is the lens of the whole sensor: its corners are told in that one's pixels.
+TEST(BoardDetector, CornersOfOneColourAreOfTheWholeSensor) {
+  const BoardPattern pattern{BoardKind::chessboard, {9, 6, 10.0}};
+  CameraImages images{.camera = "left"};
+  images.images.assign(3, picture(view_of_board(), [&](double x, double y) {
+                         return chess_level(pattern.board, x, y);
+                       }));
+  for (ImageF& image : images.images)
+    for (float& v : image.data) v = std::clamp(std::round(v), 0.0F, 255.0F);
+  const testing::ScratchFolder folder;
+  write_camera_images(folder.path(), images);
+  write_capture_toml(folder.path(), {&images}, {}, "png");
+  Twin twin;
+  twin.fringes.steps = 3;
+  twin.fringes.unwrap = Unwrap::none;
+  twin.fringes.directions = {{Axis::x, {16.0}, {0.0}, std::nullopt}};
+  const auto corners = [&](const Lens& lens, const std::optional<MosaicChannel>& channel) {
+    twin.cameras = {{"left", lens, Pose{}, {}, {}}};
+    twin.cameras[0].channel = channel;
+    return detect_in_captures(twin, {folder.path()}, pattern).at(0).corners;
+  };
+  const Lens plain("LENSMODEL_PINHOLE", {900, 900, 319.5, 239.5}, {640, 480}, "test");
+  const MosaicChannel blue{"RGGB", MosaicColour::blue, {1280, 960}};
+  const auto of_image = corners(plain, std::nullopt), of_sensor = corners(plain, blue);
+  ASSERT_EQ(of_image.size(), 54u);
+  ASSERT_EQ(of_sensor.size(), 54u);
+  for (std::size_t i = 0; i < of_image.size(); ++i) {
+    EXPECT_EQ(of_sensor[i].q_px, 2.0 * of_image[i].q_px + Eigen::Vector2d(1.0, 1.0));
+    EXPECT_EQ(of_sensor[i].weight, of_image[i].weight);
+  }
+}
+
 TEST(BoardDetector, NamesOfBoards) {
   EXPECT_EQ(board_kind("asymmetric-circles"), BoardKind::asymmetric_circles);
   EXPECT_THROW(board_kind("checker"), UserError);
