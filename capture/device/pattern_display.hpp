@@ -24,6 +24,7 @@ struct DisplayInfo {
   int bit_depth = 8;
   bool timed = false;
   std::map<std::string, std::string> provenance;  ///< driver, connector, mode, refresh rate
+  std::optional<double> frame_ms = {};            ///< between refreshes, where the display says
 };
 
 class PatternDisplay {

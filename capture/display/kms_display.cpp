@@ -197,6 +197,7 @@ DisplayInfo KmsDisplay::info() const {
                      {"mode", fmt::format("{}x{}", h.chosen.mode.hdisplay, h.chosen.mode.vdisplay)},
                      {"refresh_hz", fmt::format("{:.4f}", h.chosen.refresh_hz)},
                      {"timing", h.why_untimed.empty() ? "vertical blanking" : h.why_untimed}};
+  if (h.chosen.refresh_hz > 0.0) info.frame_ms = 1000.0 / h.chosen.refresh_hz;
   if (!h.properties.set().empty()) info.provenance["set"] = h.properties.set();
   if (!h.properties.refused().empty()) info.provenance["not_set"] = h.properties.refused();
   return info;

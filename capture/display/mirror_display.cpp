@@ -32,6 +32,7 @@ DisplayInfo MirrorDisplay::info() const {
     all.device += (i ? "+" : "") + one.device;
     all.bit_depth = std::min(all.bit_depth, one.bit_depth);
     all.timed = all.timed && one.timed;
+    if (one.frame_ms != all.frame_ms) all.frame_ms.reset();  // no one number
     for (const auto& [key, value] : one.provenance) all.provenance[fmt::format("{}.{}", i + 1, key)] = value;
   }
   return all;

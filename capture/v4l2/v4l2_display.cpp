@@ -47,6 +47,7 @@ DisplayInfo V4l2Display::info() const {
                    .timed = is_monotonic(buffers_.flags()),
                    .provenance = device_.provenance()};
   info.provenance.insert(agreed_.provenance.begin(), agreed_.provenance.end());
+  info.frame_ms = agreed_.period_ms;
   return info;
 }
 
