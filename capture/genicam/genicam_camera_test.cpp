@@ -69,6 +69,19 @@ TEST(GenicamCamera, IsFoundBySerialAddressOrId) {
   EXPECT_EQ(told.at("model"), "One");
 }
 
+// Behind a router, say: it answers at its address, and is not found by looking around.
+TEST(GenicamCamera, IsReachedByAnAddressThatIsNotListed) {
+  Bench bench;
+  bench.state.features["DeviceModelName"] = FakeGenicamState::feature(FakeGenicamState::Kind::text, "Far");
+  Provenance told;
+  EXPECT_TRUE(open_genicam("genicam:10.1.2.3", &told, bench.module));
+  EXPECT_EQ(told.at("address"), "10.1.2.3");
+  EXPECT_EQ(told.at("model"), "Far");
+  bench.module.fault = "Device not found";
+  bench.options.name = "genicam:10.1.2.3";
+  bench.expect_refused("no such GenICam camera is found; there are genicam:S1, genicam:Fake-2");
+}
+
 TEST(GenicamCamera, AModuleThatFindsOrOpensNoneSaysSo) {
   Bench bench;
   bench.options.name = "genicam:";

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/genicam/genicam_list.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "capture/device/pfnc_format.hpp"
 #include "capture/genicam/genicam_options.hpp"
+#include "capture/genicam/genicam_settings.hpp"
 #include "twin/base/module_loader.hpp"
 #include "twin/base/progress.hpp"
 
@@ -48,6 +51,49 @@ GenicamModule& genicam_module() {
   return *function();
 }
 
+namespace {
+
+/// Opens a camera; one that is held by a program which has just been killed once it is free.
+std::unique_ptr<GenicamDevice> open_when_free(const std::string& name, const std::string& id,
+                                              GenicamModule& module) {
+  const auto end = std::chrono::steady_clock::now() + kHeldFor;
+  for (;;) {
+    std::string fault;
+    auto device = module.open(id, &fault);
+    if (!device) throw UserError(ExitCode::device, name, "cannot be opened: " + fault);
+    if (device->controlled() || std::chrono::steady_clock::now() > end) return device;
+    throw_if_cancelled();
+    device.reset();
+    std::this_thread::sleep_for(kLookAgain);
+  }
+}
+
+/// Returns the address that a name is, unless a camera that was found has it; else "".
+std::string unlisted_address(const std::vector<GenicamListed>& all, const std::string& name) {
+  const std::string wanted = name.substr(std::string(kGenicamPrefix).size());
+  in_addr ignored{};
+  if (::inet_pton(AF_INET, wanted.c_str(), &ignored) != 1) return "";
+  return std::ranges::find(all, wanted, &GenicamListed::address) == all.end() ? wanted : "";
+}
+
+/// Opens a network camera that looking around does not find (behind a router, where broadcasts do not reach);
+/// nullptr where none answers at that address.
+std::unique_ptr<GenicamDevice> open_address(const std::string& address,
+                                            std::map<std::string, std::string>* provenance,
+                                            GenicamModule& module) {
+  std::string fault;
+  if (!module.open(address, &fault)) return nullptr;
+  auto device = open_when_free(kGenicamPrefix + address, address, module);
+  *provenance = {{"address", address}, {"protocol", "GigEVision"}, {"driver", module.version()}};
+  for (const auto& [key, feature] : {std::pair{"vendor", "DeviceVendorName"},
+                                     {"model", "DeviceModelName"},
+                                     {"serial", "DeviceSerialNumber"}})
+    (*provenance)[key] = device->feature(feature).value;
+  return device;
+}
+
+}  // namespace
+
 const GenicamListed& find_genicam(const std::vector<GenicamListed>& all, const std::string& name) {
   const std::string wanted = name.substr(std::string(kGenicamPrefix).size());
   std::vector<const GenicamListed*> meant;
@@ -72,19 +118,12 @@ std::unique_ptr<GenicamDevice> open_genicam(const std::string& name,
                                             std::map<std::string, std::string>* provenance,
                                             GenicamModule& module) {
   const std::vector<GenicamListed> all = module.devices();
+  if (const std::string address = unlisted_address(all, name); !address.empty())
+    if (auto device = open_address(address, provenance, module)) return device;
   const GenicamListed& listed = find_genicam(all, name);
   *provenance = {{"vendor", listed.vendor},     {"model", listed.model},     {"serial", listed.serial},
                  {"protocol", listed.protocol}, {"address", listed.address}, {"driver", module.version()}};
-  const auto end = std::chrono::steady_clock::now() + kHeldFor;
-  for (;;) {
-    std::string fault;
-    auto device = module.open(listed.id, &fault);
-    if (!device) throw UserError(ExitCode::device, name, "cannot be opened: " + fault);
-    if (device->controlled() || std::chrono::steady_clock::now() > end) return device;
-    throw_if_cancelled();
-    device.reset();
-    std::this_thread::sleep_for(kLookAgain);
-  }
+  return open_when_free(name, listed.id, module);
 }
 
 std::string describe(GenicamModule& module, const GenicamListed& listed) {

@@ -97,6 +97,42 @@ TEST(GigeCamera, EveryFormatArrivesBitForBit) {
 }
 
 // Aravis' camera begins shortly before 65535.
+// Two cameras, each asked for a frame of every pattern, at once.
+TEST(GigeCamera, TwoAtOnceTakeAThousandPatternsBitForBit) {
+  FakeGige left_fake("T01", "127.0.0.1"), right_fake("T02", "127.0.0.2");
+  for (FakeGige* fake : {&left_fake, &right_fake}) fake->set_period_us(500);
+  for (const char* format : {"Mono8", "Mono12", "Mono12p", "Mono16"}) {
+    std::vector<std::unique_ptr<GenicamCamera>> cameras;
+    for (const char* name : {"genicam:T01", "genicam:127.0.0.2"}) {
+      GenicamCameraOptions options;
+      options.name = name;
+      options.format = format;
+      options.width = 100;
+      options.height = 38;
+      options.controls = {{"OffsetX", "0"}};
+      std::map<std::string, std::string> provenance;
+      auto device = open_genicam(name, &provenance);
+      cameras.push_back(std::make_unique<GenicamCamera>(options, std::move(device), provenance));
+      EXPECT_EQ(cameras.back()->info().provenance.at("serial"), cameras.size() == 1 ? "T01" : "T02");
+      cameras.back()->start();
+    }
+    std::array<int, 2> good{}, bad{};
+    std::array<FrameOrder, 2> orders;
+    for (int pattern = 0; pattern < 1000; ++pattern) {
+      for (const auto& camera : cameras) camera->trigger();
+      for (std::size_t c = 0; c < 2; ++c) {
+        const Frame frame = cameras[c]->next_frame(2000ms, Pixels::keep);
+        const FakeGige& fake = c == 0 ? left_fake : right_fake;
+        const bool right = frame.fault == FrameFault::none && orders[c].advance(frame) == 1 &&
+                           frame.dn.data == fake.sent((frame.sequence - 1) % 65535 + 1).data;
+        ++(right ? good : bad)[c];
+      }
+    }
+    EXPECT_EQ(good, (std::array{1000, 1000})) << format;
+    EXPECT_EQ(bad, (std::array{0, 0})) << format;
+  }
+}
+
 TEST(GigeCamera, TheCountGoesOnWhereBlockIdsBeginAnew) {
   Bench bench;
   bench.options.trigger = GenicamTrigger::off;

@@ -42,7 +42,7 @@ std::string description() {
 }  // namespace
 
 struct FakeGige::World {
-  std::string serial;
+  std::string serial, address;
   ScratchFolder folder;
   std::filesystem::path xml;
   ArvGvFakeCamera* camera = nullptr;
@@ -79,7 +79,7 @@ struct FakeGige::World {
     sent[frame.block_id] = std::move(dn);
   }
   void start() {
-    camera = arv_gv_fake_camera_new_full("127.0.0.1", serial.c_str(), xml.c_str());
+    camera = arv_gv_fake_camera_new_full(address.c_str(), serial.c_str(), xml.c_str());
     arv_fake_camera_set_fill_pattern(inner(), fill, this);
     g_object_set(camera, "gvsp-lost-ratio", lost_share, nullptr);
     set_period();
@@ -94,8 +94,9 @@ struct FakeGige::World {
   }
 };
 
-FakeGige::FakeGige(std::string serial) : world_(std::make_unique<World>()) {
+FakeGige::FakeGige(std::string serial, std::string address) : world_(std::make_unique<World>()) {
   world_->serial = std::move(serial);
+  world_->address = std::move(address);
   world_->xml = world_->folder.write("camera.xml", description());
   world_->start();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A GigE Vision camera in software that sends real packets over the loopback (Aravis' own), with pixel
-// formats that Aravis' lacks and images of the test's choice. One at a time: its port is fixed. For
-// *_test.cpp only.
+// formats that Aravis' lacks and images of the test's choice. One test program at a time: its port is fixed.
+// For *_test.cpp only.
 #pragma once
 #include <functional>
 #include <map>
@@ -22,7 +22,9 @@ class FakeGige {
  public:
   using Picture = std::function<capture::ImageU16(const GigeFrame&)>;
 
-  explicit FakeGige(std::string serial = "T01");
+  /// `address`: of the loopback; each camera needs one of its own. Only one at 127.0.0.1 is found by looking
+  /// around.
+  explicit FakeGige(std::string serial = "T01", std::string address = "127.0.0.1");
   ~FakeGige();
   FakeGige(const FakeGige&) = delete;
   FakeGige& operator=(const FakeGige&) = delete;
