@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
+#include <random>
 #include <thread>
 
 #include "capture/device/pattern.hpp"
@@ -49,6 +51,16 @@ class Rig {
                                      "--out",     (dir_ / "real").string()};
     args.insert(args.end(), more.begin(), more.end());
     return run_fringetwin(args);
+  }
+
+  /// Kills a recording, or its resumption, after some seconds; true when it came to its end before.
+  bool record_until_killed(double seconds) const {
+    return testing::run(
+               fmt::format("timeout -s KILL {:.3f} '{}' -q capture '{}' --camera left=genicam:T01 --control "
+                           "left:OffsetX=0 --display window --latency-ms 30 --out '{}' --resume 2>&1",
+                           seconds, std::getenv("FRINGETWIN_BINARY"), (dir_ / "twin.toml").string(),
+                           (dir_ / "real").string()))
+               .status == 0;
   }
 
   int n_patterns() const { return static_cast<int>(sequence_patterns(twin_.fringes).size()); }
@@ -173,6 +185,39 @@ TEST(GenicamCapture, ACameraThatDiesLeavesARecordingToGoOnWith) {
   const RunResult resumed = rig.capture({"--latency-ms", "30", "--resume"});
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
   EXPECT_EQ(rig.recorded_and_wrong(), std::pair(rig.n_patterns(), 0));
+}
+
+// The camera is switched off and on after each kill, or it is held for three seconds more.
+TEST(GenicamCapture, KilledFiftyTimesNoImageIsWrong) {
+  Rig rig("kills", 12);
+  NEEDS_DISPLAY(rig);
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(rig.capture({"--latency-ms", "30"}).exit_code, 0);
+  const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const fs::path set = rig.dir() / "real";
+  fs::remove_all(set);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> moment(0.4 * whole_s, 1.02 * whole_s);
+  int kills = 0, with_images = 0, complete = 0;
+  bool ended = false;
+  for (int attempt = 0; attempt < 200 && (kills < 50 || !ended); ++attempt) {
+    ended = rig.record_until_killed(kills < 50 ? moment(random) : 60.0);  // at last undisturbed
+    if (!ended) ++kills;
+    rig.fake.kill();
+    rig.fake.revive();
+    const auto [recorded, wrong] = rig.recorded_and_wrong();
+    ASSERT_EQ(wrong, 0);
+    with_images += recorded > 0 ? 1 : 0;
+    if (!fs::exists(set / "capture.toml") || fs::exists(set / "capture.journal")) continue;
+    ASSERT_EQ(recorded, rig.n_patterns());
+    ASSERT_EQ(run_fringetwin({"capture", "--verify", set.string()}).exit_code, 0);
+    fs::remove_all(set);
+    ++complete;
+  }
+  EXPECT_EQ(kills, 50);
+  EXPECT_GT(with_images, 10) << "the kills came before there was anything to lose";
+  EXPECT_GT(complete, 0);
+  std::printf("killed %d times, %d of them with images; %d sets completed\n", kills, with_images, complete);
 }
 
 TEST(GenicamCapture, ACameraOfAnotherProgramIsNotTaken) {
