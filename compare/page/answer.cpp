@@ -62,9 +62,12 @@ std::string difference_text(const ExplainedRow& row) {
     return fmt::format("{} of {} differs by {}, {} standard errors", row.worst, row.region, size_text(row),
                        report::number(std::sqrt(row.chi2), 2));
   const std::string differs = fmt::format("{} differs", row.quantity);
-  if (row.chi2 > row.chi2_limit)
+  // What was fitted to the values leaves less than 1 of noise: the limit is then below 1, too.
+  if (row.chi2 > row.chi2_limit) {
+    const double times = std::sqrt(row.chi2 / std::min(1.0, row.chi2_limit));
     return fmt::format("{} by {} rms, {} times what noise and budget allow", differs, size_text(row),
-                       report::number(std::sqrt(row.chi2), 2));
+                       report::number(times, times < 1.1 ? 3 : 2));
+  }
   if (row.regional_chi2 > row.regional_limit)
     return fmt::format("{} by {} rms, no more than noise in single values, but {} times as much in regions",
                        differs, size_text(row), report::number(std::sqrt(row.regional_chi2), 2));

@@ -64,6 +64,15 @@ TEST(Answer, SaysInWhatTheyAgreeAndByHowMuchTheyDiffer) {
             "rms, 2.0 times what noise and budget allow; gray could not be compared");
 }
 
+TEST(Answer, SaysByHowMuchMoreThanAFitToTheValuesLeaves) {
+  Comparison c;
+  ExplainedRow fitted = row_of("gray", kNotExplained, 1.97, 0.95);
+  fitted.chi2_limit = 0.86;
+  c.explained = {fitted};
+  EXPECT_THAT(answer_sentence(c),
+              HasSubstr("gray differs by 1.97 DN rms, 1.05 times what noise and budget allow"));
+}
+
 TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
   Comparison c;
   ExplainedRow regions = row_of("gray", kNotExplained, 1.3, 1.01);
