@@ -31,6 +31,7 @@ struct CaptureCamera {
 struct CaptureSet {
   std::filesystem::path file;  ///< the capture.toml
   std::vector<CaptureCamera> cameras;
+  std::optional<ColourChannel> channel = {};      ///< that is taken of colour images; gray ones stay
   std::map<std::string, std::string> provenance;  ///< flattened, "a.b" = "text"
   const CaptureCamera* find(const std::string& camera) const;
 };
@@ -65,9 +66,9 @@ CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
 RightSize right_size(const Camera& camera);
 
 /// Loads one camera's images. Throws UserError(input) naming the image for: missing, truncated or
-/// undecodable file, wrong size (both sizes named), colour image, wrong count (both counts named),
-/// a 16-bit value above the sensor's range, an irradiance that is none. Finds where the values stop below
-/// full scale.
+/// undecodable file, wrong size (both sizes named), colour image of a set without a channel, wrong count
+/// (both counts named), a 16-bit value above the sensor's range, an irradiance that is none. Finds where the
+/// values stop below full scale.
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
 
 /// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to
@@ -87,7 +88,8 @@ struct CaptureEntry {
 };
 /// Writes capture.toml, sealed (twin/base/seal.hpp). Call it last: it says that the images are there.
 void write_capture_toml(const std::filesystem::path& dir, const std::vector<CaptureEntry>& cameras,
-                        const std::map<std::string, std::string>& provenance);
+                        const std::map<std::string, std::string>& provenance,
+                        const std::optional<ColourChannel>& channel = {});
 /// Writes the capture.toml that describes what write_camera_images() or write_camera_radiance() wrote.
 /// extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
 /// (".." for a capture.toml in a sub-folder that describes the EXR images beside the PNG).
