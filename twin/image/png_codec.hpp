@@ -25,7 +25,7 @@ bool is_png(const std::vector<std::uint8_t>& bytes);
 /// What to do about a colour image of which no colour is named.
 constexpr const char* kNameAColour =
     "one colour of it is taken where a capture set says channel = \"green\" in capture.toml "
-    "(import captures --channel green)";
+    "(import captures and photometry: --channel green)";
 
 /// Decodes a PNG. Stored values are not scaled (a 1-bit file gives 0 and 1); gamma chunks are ignored. Of a
 /// colour image the values of `channel` are taken, without regard to its alpha.
