@@ -275,7 +275,7 @@ TEST_F(CaptureSetTest, OneColourOfColourImages) {
 
 TEST_F(CaptureSetTest, OtherColoursMayBeAboveTheSensorsRange) {
   write_set(4, 12);
-  const ImageF dark(kWidth, kHeight, 7.0F), bright(kWidth, kHeight, 5000.0F);
+  const ImageF bright(kWidth, kHeight, 5000.0F);
   const std::string camera = "[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\n";
   write_coloured(folder_ / "left/0001.png", bright, 12, ColourChannel::green);
   write_toml("channel = \"red\"\n" + camera);
