@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ImportCaptures {
-  std::string twin, out, gray_code_exposure;
+  std::string twin, out, gray_code_exposure, channel;
   std::vector<std::string> maps, orders, white, black;
   bool overwrite = false;
 };
@@ -124,6 +124,7 @@ std::optional<double> parse_exposure(const std::string& text) {
 CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
   CaptureSet set;
   set.file = fs::path(o.out) / "capture.toml";
+  set.channel = colour_channel_of(o.channel);
   set.provenance["imported by"] = "fringetwin " + version_string();
   for (const Camera& camera : twin.cameras) {
     set.cameras.emplace_back().name = camera.name;
@@ -214,6 +215,11 @@ void add_import_captures(CLI::App& import, Invocation& invocation) {
                   "Exposure of the Gray-code images relative to the phase steps, or \"different\"")
       ->type_name("FACTOR")
       ->default_str("1");
+  sub->add_option("--channel", o->channel,
+                  "Colour that is taken of colour images; gray ones stay as they are")
+      ->type_name("COLOUR")
+      ->check(CLI::IsMember(kColourChannelNames))
+      ->default_str("colour images are refused");
   begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for capture.toml")->type_name("DIR")->required();
   sub->add_flag("--overwrite", o->overwrite, "Replace a capture.toml that is there");

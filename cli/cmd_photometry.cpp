@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PhotometryCommand {
-  std::string twin, out, into;
+  std::string twin, out, into, channel;
   std::vector<std::string> captures, dark, flat, series;
 };
 
@@ -60,11 +60,12 @@ Images parse_images(const Twin& twin, const std::string& option, const std::stri
   return out;
 }
 
-std::vector<ImageF> load_images(const Twin& twin, const Images& request, std::vector<fs::path>& inputs) {
+std::vector<ImageF> load_images(const Twin& twin, const Images& request,
+                                const std::optional<ColourChannel>& channel, std::vector<fs::path>& inputs) {
   const Camera& camera = twin.cameras[request.camera];
   std::vector<ImageF> images;
   for (const fs::path& file : request.files) {
-    ImageF image = read_camera_gray(file, camera).image;
+    ImageF image = read_camera_gray(file, camera, channel).image;
     for (const float v : image.data)
       if (static_cast<double>(v) > camera.sensor.max_dn())
         throw UserError(ExitCode::input, file.string(),
@@ -92,11 +93,12 @@ std::vector<calib::CameraFrames> load_frames(const Twin& twin, const PhotometryC
       frames[c].captures.push_back(std::move(set.cameras[c]));
     inputs.insert(inputs.end(), set.files.begin(), set.files.end());
   }
+  const std::optional<ColourChannel> channel = colour_channel_of(o.channel);
   const auto append = [&](const std::string& option, const std::vector<std::string>& texts,
                           std::vector<ImageF> calib::CameraFrames::*to) {
     for (const std::string& text : texts) {
       const Images request = parse_images(twin, option, text, false);
-      for (ImageF& image : load_images(twin, request, inputs))
+      for (ImageF& image : load_images(twin, request, channel, inputs))
         (frames[request.camera].*to).push_back(std::move(image));
     }
   };
@@ -105,7 +107,7 @@ std::vector<calib::CameraFrames> load_frames(const Twin& twin, const PhotometryC
   for (const std::string& text : o.series) {
     const Images request = parse_images(twin, "--series", text, true);
     frames[request.camera].series.push_back(
-        {request.glob, load_images(twin, request, inputs), request.exposure_ms});
+        {request.glob, load_images(twin, request, channel, inputs), request.exposure_ms});
   }
   return frames;
 }
@@ -233,6 +235,13 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
       ->type_name("FILES");
   sub->add_option("--dark", o->dark, "[CAMERA=]GLOB: images with the lens covered")->type_name("FILES");
   sub->add_option("--flat", o->flat, "[CAMERA=]GLOB: images of an evenly lit surface")->type_name("FILES");
+  sub->add_option(
+         "--channel", o->channel,
+         "Colour that is taken of colour images of --series, --dark and --flat; a capture set says its "
+         "own")
+      ->type_name("COLOUR")
+      ->check(CLI::IsMember(kColourChannelNames))
+      ->default_str("colour images are refused");
   begin_group(*sub, kOutput);
   sub->add_option("--out", o->out,
                   "Folder for photometry.toml, photometry.json, photometry.html and the maps of pixels")

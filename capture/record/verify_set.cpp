@@ -171,7 +171,7 @@ void Verifier::check_image(Image& image) const {
   std::error_code error;
   if (!fs::exists(file, error)) return;
   try {
-    image.shape = is_exr_name(file) ? check_exr(file) : check_gray(file);
+    image.shape = is_exr_name(file) ? check_exr(file) : check_gray(file, set_.channel);
     image.decoded = true;
     if (checksums_.empty()) return;
     const auto expected = checksums_.find(image.file);

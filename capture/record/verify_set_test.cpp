@@ -316,6 +316,31 @@ TEST_F(VerifySetTest, AForeignSet) {
               ElementsAre(HasSubstr("right2.png: no such image")));
 }
 
+/// A set of colour images is decoded to its end for the channel that it names, and for none without.
+TEST_F(VerifySetTest, AForeignSetOfColourImages) {
+  const fs::path raw = folder_ / "raw";
+  CaptureSet set;
+  set.file = folder_ / "described" / "capture.toml";
+  set.channel = ColourChannel::green;
+  Twin twin = make_twin();
+  twin.cameras.erase(twin.cameras.begin() + 1, twin.cameras.end());
+  twin.cameras[0].sensor.bit_depth = 8;
+  set.cameras.emplace_back().name = twin.cameras[0].name;
+  const std::string pixels(3 * kWidth * kHeight, 'x');
+  for (int i = 0; i < kSteps; ++i) {
+    set.cameras[0].files.push_back(raw / fmt::format("{}.ppm", i));
+    write_text_file(set.cameras[0].files.back(), fmt::format("P6 {} {} 255\n", kWidth, kHeight) + pixels);
+  }
+  check_foreign_set(set, twin);
+  write_foreign_set(set);
+  EXPECT_THAT(verify_set(folder_ / "described", &twin).findings, IsEmpty());
+  set.channel.reset();
+  write_foreign_set(set);
+  EXPECT_THAT(verify_set(folder_ / "described").findings,
+              ::testing::Each(HasSubstr("is a colour image (3 channels)")));
+  EXPECT_FALSE(verify_set(folder_ / "described").passed());
+}
+
 /// Every file of the set, cut at every kind of place and with any byte changed: no such set passes. Without
 /// checksums this holds for the images all the same, as far as a reader of the images could notice.
 TEST_F(VerifySetTest, NothingHalfPasses) {

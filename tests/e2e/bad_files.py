@@ -98,6 +98,13 @@ def as_image(place, suffix):
     return ["measure", place.at("twin.toml"), "--captures", str(place.folder)], shown
 
 
+def as_colour_image(place):
+    """The same in a set that takes one colour of its images."""
+    schema = 'schema = "fringetwin-captures/1"\n'
+    place.edit("capture.toml", schema, schema + 'channel = "green"\n')
+    return as_image(place, place.bad.suffix or ".png")
+
+
 def as_capture_set(place):
     (place.folder / "left").mkdir()
     for i in range(12):
@@ -205,6 +212,7 @@ READERS = {
     "stl": lambda p: as_mesh(p, "part.stl"),
     "png": lambda p: as_image(p, ".png"),
     "tiff": lambda p: as_image(p, p.bad.suffix or ".tif"),
+    "colour": as_colour_image,
     "exr": lambda p: as_image(p, ".exr"),
     "result_json": lambda p: (["diff", p.put("other.json"), p.at("result.json")], "other.json"),
     "calibration_json": as_calibration,

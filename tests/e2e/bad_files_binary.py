@@ -62,9 +62,9 @@ def exr(width=WIDTH, height=HEIGHT, channels=exr_channel(b"Y"), window=None, com
     return head + offsets + b"".join(struct.pack("<iI", y, len(row)) + row for y in range(height))
 
 
-def tiff(width=WIDTH, height=HEIGHT, bits=8, compression=1, data=None, next_directory=0, more=()):
+def tiff(width=WIDTH, height=HEIGHT, bits=8, compression=1, data=None, next_directory=0, more=(), samples=1):
     data = b"\x64" * (WIDTH * HEIGHT) if data is None else data
-    tags = sorted([(256, width), (257, height), (258, bits), (259, compression), (262, 1), (277, 1), (278, height),
+    tags = sorted([(256, width), (257, height), (258, bits), (259, compression), (262, 1 if samples == 1 else 2), (277, samples), (278, height),
         (279, len(data)), *more])
     at = 8 + 2 + 12 * (len(tags) + 1) + 4
     tags = sorted(tags + [(273, at)])
@@ -77,6 +77,30 @@ def bmp(width=WIDTH, height=HEIGHT, bits=8, compression=0, data=None):
     palette = b"".join(struct.pack("<I", gray * 0x010101) for gray in range(256))
     return (b"BM" + struct.pack("<III", 54 + len(palette) + len(data), 0, 54 + len(palette)) +
             struct.pack("<IiiHHIIIIII", 40, width, height, 1, bits, compression, 0, 0, 0, 0, 0) + palette + data)
+
+
+def colours():
+    """Of a set that takes one colour of its images."""
+    size, row = 60_000, b"\x64" * WIDTH
+    pixels = b"\x64" * (3 * WIDTH * HEIGHT)
+    size_of_ppm = b"160 120\n255\n"
+    cases = {
+        "wrong_size.png": png(WIDTH + 1, colour=2, row=b"\x64" * 3 * (WIDTH + 1)), "rows_of_gray.png": png(colour=2),
+        "cut.png": png(colour=6, row=row * 4)[:60], "palette_missing.png": png(colour=3),
+        "palette_too_short.png": png(colour=3, more=chunk(b"PLTE", bytes(3))),
+        "60000_by_60000.png": raw_png(ihdr(size, size, 16, 6), chunk(b"IDAT", b"\x78\x9c\x03\0\0\0\0\1")),
+        "values_above_the_sensor.png": png(bits=16, colour=2, row=b"\xff\xff" * 3 * WIDTH),
+        "gray_with_alpha.png": png(colour=4, row=row * 2),
+        "planes.tif": tiff(samples=3, data=pixels, more=[(284, 2)]), "data_missing.tif": tiff(samples=3),
+        "samples_4_billion.tif": tiff(samples=0xffffffff, data=pixels), "samples_65535.tif": tiff(samples=65535, data=pixels),
+        "60000_by_60000.tif": tiff(size, size, samples=4, data=pixels),
+        "data_missing.bmp": bmp(bits=24), "60000_by_60000.bmp": bmp(size, size, bits=32, data=pixels),
+        "run_lengths.bmp": bmp(bits=24, compression=1, data=pixels), "masks_of_zero.bmp": bmp(bits=32, compression=3, data=pixels * 2),
+        "of_16_bits.bmp": bmp(bits=16, data=pixels), "width_of_2_billion.bmp": bmp((1 << 31) - 1, bits=24, data=pixels),
+        "cut.ppm": b"P6\n" + size_of_ppm + pixels[1:], "decimal.ppm": b"P3\n" + size_of_ppm + b"7 " * (3 * WIDTH * HEIGHT),
+        "most_of_0.ppm": b"P6\n160 120\n0\n" + pixels, "wrong_size.ppm": b"P6\n161 120\n255\n" + pixels,
+    }
+    return [text(name, data, "." + name.rsplit(".", 1)[1]) for name, data in cases.items()]
 
 
 def pngs():
@@ -208,7 +232,7 @@ def opencv_bombs():
     return [text("zipped_200_MB", zeros_compressed(200, zlib.MAX_WBITS + 16), ".yml.gz")]
 
 
-OWN = {"png": pngs, "tiff": tiffs, "exr": exrs, "patterns": patterns, "study_store": stores, "opencv": opencv_bombs}
+OWN = {"colour": colours, "png": pngs, "tiff": tiffs, "exr": exrs, "patterns": patterns, "study_store": stores, "opencv": opencv_bombs}
 
 
 def own(reader):
@@ -216,6 +240,9 @@ def own(reader):
 
 
 def good(reader):
-    images = {"png": [(png(), "")], "exr": [(exr(), "")], "patterns": [(png(64, 48), "")],
+    pixels = b"\x64" * (3 * WIDTH * HEIGHT)
+    images = {"colour": [(png(colour=2, row=b"\x64" * 3 * WIDTH), ".png"), (tiff(samples=3, data=pixels), ".tif"),
+                         (bmp(bits=24, data=pixels), ".bmp"), (b"P6\n160 120\n255\n" + pixels, ".ppm")],
+              "png": [(png(), "")], "exr": [(exr(), "")], "patterns": [(png(64, 48), "")],
               "tiff": [(tiff(), ".tif"), (bmp(), ".bmp"), (b"P5\n160 120\n255\n" + b"\x64" * (WIDTH * HEIGHT), ".pgm")]}
     return [text(f"good{suffix}", data, suffix, good=True) for data, suffix in images.get(reader, [])]

@@ -205,6 +205,8 @@ def own_capture_set():
         ("exposure_negative", 'root = "."', 'root = "."\ngray_code_exposure = -1'),
         ("camera_of_no_twin", 'name = "left"', 'name = "right"'),
         ("camera_twice", "[provenance]", '[[camera]]\nname = "left"\npattern = "left/%04d.png"\n[provenance]'),
+        ("channel_of_no_colour", "[[camera]]", 'channel = "infrared"\n[[camera]]'),
+        ("channel_is_a_number", "[[camera]]", "channel = 1\n[[camera]]"),
         ("schema_of_the_future", "fringetwin-captures/1", "fringetwin-captures/2"),
         ("schema_is_a_list", '"fringetwin-captures/1"', "[]"),
     ])

@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
+#include "tests/support/twin/png_bytes.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::testing::import_captures_test {
 namespace {
@@ -94,6 +97,40 @@ TEST_F(ImportCaptures, ForeignNamesGiveTheSameResult) {
   const auto original = measured(suite_dir() / "out", "measured_original");
   EXPECT_GT(original[0].size(), 10000u);
   EXPECT_TRUE(measured(dir_ / "set", "measured_imported") == original);
+}
+
+/// Writes an RGB image with the values of a gray one in one colour, and noise in the others.
+void colour_in(const fs::path& gray_file, ColourChannel channel, const fs::path& to) {
+  static std::mt19937 generator(24);
+  const ImageF gray = read_gray(gray_file).image;
+  std::string rows;
+  for (const float value : gray.data)
+    for (int place = 0; place < 3; ++place)
+      rows +=
+          static_cast<char>(place == static_cast<int>(channel) ? static_cast<unsigned>(value) : generator());
+  write_file(to, png_bytes({gray.width, gray.height, 8, 2}, rows));
+}
+
+TEST_F(ImportCaptures, OneColourGivesTheResultOfGrayImages) {
+  const auto original = measured(suite_dir() / "out", "measured_original");
+  for (const ColourChannel colour : {ColourChannel::red, ColourChannel::green, ColourChannel::blue}) {
+    const std::string& channel = colour_channel_name(colour);
+    for (int i = 0; i < kImages; ++i) {
+      colour_in(rendered("left", i), colour, dir_ / "raw" / ("img" + std::to_string(i) + ".png"));
+      colour_in(rendered("right", i), colour, dir_ / "raw" / ("other " + std::to_string(i) + ".png"));
+    }
+    const RunResult run = import(
+        {"--map", globs("left"), "--map", globs("right"), "--channel", channel, "--overwrite"}, channel);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(read_file(dir_ / channel / "capture.toml"), HasSubstr("\nchannel = \"" + channel + "\"\n"));
+    const RunResult verified = run_fringetwin({"capture", twin(), "--verify", (dir_ / channel).string()});
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+    EXPECT_TRUE(measured(dir_ / channel, "measured_" + channel) == original) << channel;
+  }
+  expect_refused(import({"--map", globs("left"), "--map", globs("right")}), 3,
+                 {"is a colour image (RGB)", "channel = \"green\" in capture.toml", "--channel green"});
+  expect_refused(import({"--map", globs("left"), "--map", globs("right"), "--channel", "cyan"}), 2,
+                 {"--channel"});
 }
 
 TEST_F(ImportCaptures, NumbersAndOrder) {

@@ -164,6 +164,35 @@ TEST(PhotometryCommand, MapsOfPixelsAreWrittenForTheTwin) {
                  2, {"[camera.sensor] dsnu = ", "dsnu_left.exr", "of camera \"left\""});
 }
 
+// Colour images whose green is that of gray ones, with noise in red and blue, tell the same.
+TEST(PhotometryCommand, OneColourTellsWhatGrayImagesTell) {
+  const fs::path dir = scratch_folder("photometry-colour");
+  write_file(dir / "twin.toml", rig());
+  std::mt19937 random(24);
+  std::normal_distribution<float> normal;
+  for (int k = 0; k < 4; ++k) {
+    ImageF gray(160, 120);
+    std::string colours;
+    for (float& value : gray.data) {
+      value = std::round(20.0F + normal(random));
+      for (const std::uint_fast32_t other :
+           {random() % 256, static_cast<std::uint_fast32_t>(value), random() % 256})
+        colours += static_cast<char>(other);
+    }
+    write_gray_png(dir / ("gray" + std::to_string(k) + ".png"), gray, 8);
+    write_file(dir / ("colour" + std::to_string(k) + ".ppm"), "P6 160 120 255\n" + colours);
+  }
+  const auto cameras_of = [&](const std::string& glob, std::vector<std::string> more) {
+    more.insert(more.begin(), {"--dark", (dir / glob).string()});
+    const RunResult run = photometry(dir, more);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_json(dir / "found" / "photometry.json")["cameras"];
+  };
+  EXPECT_EQ(cameras_of("colour*.ppm", {"--channel", "green"}), cameras_of("gray*.png", {}));
+  expect_refused(photometry(dir, {"--dark", (dir / "colour*.ppm").string()}), 3,
+                 {"colour0.ppm: is a colour image (3 channels)", "photometry: --channel green"});
+}
+
 TEST(PhotometryCommand, FaultsEndInOneSentence) {
   const fs::path dir = scratch_folder("photometry-bad");
   write_file(dir / "twin.toml", rig());

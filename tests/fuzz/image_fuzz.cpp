@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images: PNG through libpng, other formats through OpenCV's codecs, EXR.
+// Images: PNG through libpng, other formats through the module of codecs, EXR; gray, and one colour of
+// several.
 #include <fmt/format.h>
 
 #include "tests/fuzz/structured.hpp"
 #include "tests/fuzz/target.hpp"
+#include "tests/support/twin/png_bytes.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/image/image_io.hpp"
 
@@ -11,6 +13,9 @@ namespace fringetwin::fuzz {
 namespace {
 
 constexpr int kWidth = 5, kHeight = 4;
+
+/// Returns the bytes of an image with so many a pixel.
+std::size_t pixel_bytes(int bytes) { return static_cast<std::size_t>(kWidth * kHeight * bytes); }
 
 ImageF some_image(float step) {
   ImageF image(kWidth, kHeight);
@@ -25,6 +30,12 @@ std::vector<std::string> pngs() {
     write_gray_png(file, some_image(3.0f), bits);
     files.push_back(get_file(file));
   }
+  for (const int bits : {8, 16})
+    for (const int channels : {3, 4})
+      files.push_back(testing::png_bytes({kWidth, kHeight, bits, channels == 3 ? 2 : 6},
+                                         std::string(pixel_bytes(channels * bits / 8), 'x')));
+  files.push_back(testing::png_bytes({kWidth, kHeight, 8, 3}, std::string(pixel_bytes(1), '\1'),
+                                     testing::png_chunk("PLTE", "abcdef")));
   return files;
 }
 
@@ -45,16 +56,25 @@ std::string little_endian(std::uint32_t value, std::size_t bytes) {
   return out;
 }
 
-std::string tiff(unsigned bits) {
-  const std::uint32_t size = kWidth * kHeight * bits / 8, data = 8 + 2 + 10 * 12 + 4;
-  // tag, value; each of one number: width, height, bits, no compression, black is 0, strips ...
+std::string tiff(unsigned bits, unsigned samples = 1) {
+  const std::uint32_t size = kWidth * kHeight * samples * bits / 8, data = 8 + 2 + 10 * 12 + 4;
+  // tag, value; each of one number: width, height, bits, no compression, black is 0 or RGB, strips ...
   const std::pair<std::uint32_t, std::uint32_t> tags[] = {
-      {256, kWidth}, {257, kHeight}, {258, bits},    {259, 1},    {262, 1},
-      {273, data},   {277, 1},       {278, kHeight}, {279, size}, {339, 1}};
+      {256, kWidth}, {257, kHeight}, {258, bits},    {259, 1},    {262, samples == 1 ? 1 : 2},
+      {273, data},   {277, samples}, {278, kHeight}, {279, size}, {339, 1}};
   std::string file = "II*" + std::string(1, '\0') + little_endian(8, 4) + little_endian(10, 2);
   for (const auto& [tag, value] : tags)
     file += little_endian(tag, 2) + little_endian(4, 2) + little_endian(1, 4) + little_endian(value, 4);
   return file + little_endian(0, 4) + std::string(size, 'x');
+}
+
+std::string bmp_of_colours(std::uint32_t bits) {
+  const std::uint32_t row = (kWidth * bits / 8 + 3) / 4 * 4, head = 54;
+  std::string file = "BM" + little_endian(head + row * kHeight, 4) + little_endian(0, 4) +
+                     little_endian(head, 4) + little_endian(40, 4) + little_endian(kWidth, 4) +
+                     little_endian(kHeight, 4) + little_endian(1, 2) + little_endian(bits, 2);
+  file.resize(head, '\0');
+  return file + std::string(row * kHeight, 'x');
 }
 
 std::string bmp() {
@@ -72,10 +92,16 @@ std::vector<std::string> other_images() {
   for (int i = 0; i < kWidth * kHeight; ++i) plain += fmt::format("{} ", i);
   return {tiff(8),
           tiff(16),
+          tiff(8, 3),
+          tiff(16, 4),
           bmp(),
+          bmp_of_colours(24),
+          bmp_of_colours(32),
           plain,
           fmt::format("P5\n{} {}\n255\n", kWidth, kHeight) + std::string(kWidth * kHeight, 'x'),
           fmt::format("P5\n{} {}\n65535\n", kWidth, kHeight) + std::string(2 * kWidth * kHeight, 'x'),
+          fmt::format("P6\n{} {}\n255\n", kWidth, kHeight) + std::string(pixel_bytes(3), 'x'),
+          fmt::format("P6\n{} {}\n4095\n", kWidth, kHeight) + std::string(pixel_bytes(6), 'x'),
           fmt::format("Pf\n{} {}\n-1.0\n", kWidth, kHeight) + std::string(4 * kWidth * kHeight, 'x')};
 }
 
@@ -87,6 +113,7 @@ void load_as_captures(const std::filesystem::path& file) {
                                       {"fringes.steps", "3"}});
   CaptureSet set;
   set.file = work_folder() / "capture.toml";
+  set.channel = ColourChannel::green;
   set.cameras.emplace_back().name = "left";
   set.cameras.back().files.assign(expand_sequence(twin.fringes).size(), file);
   load_camera_images(set, twin.cameras.front(), twin.fringes);
@@ -94,6 +121,7 @@ void load_as_captures(const std::filesystem::path& file) {
 
 void read_gray_image(const std::filesystem::path& file) {
   read_or_refuse([&] { read_gray(file); });
+  read_or_refuse([&] { read_gray(file, {}, ColourChannel::blue); });
   load_as_captures(file);
 }
 

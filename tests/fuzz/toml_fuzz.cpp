@@ -129,8 +129,8 @@ const Target capture_set_target = {
     mutate_toml,
     {"files = [\"left/0000.png\"]\n", "pattern = \"left/%d.png\"\n", "%04d/../", "%99999999d", "%%",
      "root = \"..\"\n", "root = \"/dev\"\n", "white = \"pipe\"\n", "black = \"left/0000.png\"\n",
-     "gray_code_exposure = \"different\"\n", "[provenance.sha256]\n", "\"sets\" = \"left .. . set\"\n",
-     "\"left/0000.png\" = \"aa\"\n"}};
+     "gray_code_exposure = \"different\"\n", "channel = \"green\"\n", "[provenance.sha256]\n",
+     "\"sets\" = \"left .. . set\"\n", "\"left/0000.png\" = \"aa\"\n"}};
 
 const Target study_target = {
     "study",

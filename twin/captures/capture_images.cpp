@@ -43,8 +43,8 @@ void check_count(const CaptureSet& set, const CaptureCamera& source, std::size_t
                   on_disk, n_sequence));
 }
 
-ImageF load_dn(const fs::path& file, const Camera& camera) {
-  LoadedGray gray = read_camera_gray(file, camera);
+ImageF load_dn(const fs::path& file, const Camera& camera, const std::optional<ColourChannel>& channel) {
+  LoadedGray gray = read_camera_gray(file, camera, channel);
   const int bit_depth = camera.sensor.bit_depth;
   if (gray.file_bits == 8 && bit_depth > 8)
     throw UserError(ExitCode::input, file.string(),
@@ -63,11 +63,13 @@ ImageF load_dn(const fs::path& file, const Camera& camera) {
   return std::move(gray.image);
 }
 
-ImageF load_image(const fs::path& file, const Camera& camera, bool radiance) {
+ImageF load_image(const fs::path& file, const Camera& camera, bool radiance,
+                  const std::optional<ColourChannel>& channel) {
   if (is_exr_name(file) != radiance)
     throw UserError(ExitCode::input, file.string(),
                     "a capture set has either EXR images (irradiance) or gray images, not both");
-  return radiance ? image_of_camera(read_irradiance(file, right_size(camera)), camera) : load_dn(file, camera);
+  return radiance ? image_of_camera(read_irradiance(file, right_size(camera)), camera)
+                  : load_dn(file, camera, channel);
 }
 
 fs::path image_file(const fs::path& dir, const std::string& camera, int number, const char* extension) {
@@ -109,8 +111,9 @@ ImageF image_of_camera(ImageF image, const Camera& camera) {
   return is_whole ? channel_image(image, *channel) : std::move(image);
 }
 
-LoadedGray read_camera_gray(const fs::path& file, const Camera& camera) {
-  LoadedGray gray = read_gray(file, right_size(camera));
+LoadedGray read_camera_gray(const fs::path& file, const Camera& camera,
+                            const std::optional<ColourChannel>& channel) {
+  LoadedGray gray = read_gray(file, right_size(camera), channel);
   gray.image = image_of_camera(std::move(gray.image), camera);
   return gray;
 }
@@ -134,10 +137,13 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
                       .radiance = is_exr_name(source->files.front()),
                       .gray_code_exposure = source->gray_code_exposure};
   loaded.images.resize(source->files.size());
+  const auto load = [&](const fs::path& file) {
+    return load_image(file, camera, loaded.radiance, set.channel);
+  };
   for_each_parallel(static_cast<int>(source->files.size()),
-                    [&](int i) { loaded.images[i] = load_image(source->files[i], camera, loaded.radiance); });
-  if (source->white) loaded.white = load_image(*source->white, camera, loaded.radiance);
-  if (source->black) loaded.black = load_image(*source->black, camera, loaded.radiance);
+                    [&](int i) { loaded.images[i] = load(source->files[i]); });
+  if (source->white) loaded.white = load(*source->white);
+  if (source->black) loaded.black = load(*source->black);
   loaded.clip = find_clip(loaded, fringes, camera.sensor);
   return loaded;
 }

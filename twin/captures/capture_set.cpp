@@ -118,12 +118,13 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
   CaptureSet set;
   set.file = dir / "capture.toml";
   const TomlTable root = TomlTable::parse_file(set.file, ExitCode::input);
-  const std::vector<std::string> keys = {"schema", "camera", "provenance"};
+  const std::vector<std::string> keys = {"schema", "channel", "camera", "provenance"};
   if (!root.has("schema")) root.allow(keys);  // a misspelt "schema" is named as such
   if (root.required_string("schema") != kCaptureSchema)
     root.fail("schema",
               fmt::format("must be \"{}\", is \"{}\"", kCaptureSchema, root.required_string("schema")));
   root.allow(keys);
+  set.channel = colour_channel_of(root.choice("channel", kColourChannelNames));
   std::set<std::string> names;
   const std::vector<TomlTable> tables = root.tables("camera");
   if (tables.size() > kMostCameras)
@@ -140,8 +141,10 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
 }
 
 void write_capture_toml(const fs::path& dir, const std::vector<CaptureEntry>& cameras,
-                        const std::map<std::string, std::string>& provenance) {
+                        const std::map<std::string, std::string>& provenance,
+                        const std::optional<ColourChannel>& channel) {
   std::string text = fmt::format("schema = \"{}\"\n", kCaptureSchema);
+  if (channel) text += fmt::format("channel = {}\n", toml_string(colour_channel_name(*channel)));
   for (const CaptureEntry& camera : cameras) {
     FT_CHECK(camera.pattern.empty() != camera.files.empty(), "a pattern or files");
     text += fmt::format("\n[[camera]]\nname = {}\n", toml_string(camera.name));

@@ -31,6 +31,7 @@ struct CaptureCamera {
 struct CaptureSet {
   std::filesystem::path file;  ///< the capture.toml
   std::vector<CaptureCamera> cameras;
+  std::optional<ColourChannel> channel = {};      ///< that is taken of colour images; gray ones stay
   std::map<std::string, std::string> provenance;  ///< flattened, "a.b" = "text"
   const CaptureCamera* find(const std::string& camera) const;
 };
@@ -66,12 +67,13 @@ RightSize right_size(const Camera& camera);
 /// Returns the camera's image: of an image of the whole colour sensor the pixels of its channel, else as it is.
 ImageF image_of_camera(ImageF image, const Camera& camera);
 /// Reads a gray image of this camera, of right_size(). Throws as read_gray().
-LoadedGray read_camera_gray(const std::filesystem::path& file, const Camera& camera);
+LoadedGray read_camera_gray(const std::filesystem::path& file, const Camera& camera,
+                            const std::optional<ColourChannel>& channel = {});
 
 /// Loads one camera's images. Throws UserError(input) naming the image for: missing, truncated or
-/// undecodable file, wrong size (both sizes named), colour image, wrong count (both counts named),
-/// a 16-bit value above the sensor's range, an irradiance that is none. Finds where the values stop below
-/// full scale.
+/// undecodable file, wrong size (both sizes named), colour image of a set without a channel, wrong count
+/// (both counts named), a 16-bit value above the sensor's range, an irradiance that is none. Finds where the
+/// values stop below full scale.
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
 
 /// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to
@@ -91,7 +93,8 @@ struct CaptureEntry {
 };
 /// Writes capture.toml, sealed (twin/base/seal.hpp). Call it last: it says that the images are there.
 void write_capture_toml(const std::filesystem::path& dir, const std::vector<CaptureEntry>& cameras,
-                        const std::map<std::string, std::string>& provenance);
+                        const std::map<std::string, std::string>& provenance,
+                        const std::optional<ColourChannel>& channel = {});
 /// Writes the capture.toml that describes what write_camera_images() or write_camera_radiance() wrote.
 /// extension "png" or "exr". `root`: the folder that holds <camera>/, relative to `dir`
 /// (".." for a capture.toml in a sub-folder that describes the EXR images beside the PNG).

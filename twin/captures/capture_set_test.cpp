@@ -278,7 +278,77 @@ TEST_F(CaptureSetTest, ColourImage) {
   write_set();
   ASSERT_TRUE(cv::imwrite((folder_ / "left" / "0001.png").string(),
                           cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(5, 5, 5))));
-  EXPECT_THAT(load_error(), AllOf(HasSubstr("0001.png"), HasSubstr("is a colour image (RGB)")));
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("0001.png"), HasSubstr("is a colour image (RGB)"),
+                                  HasSubstr("channel = \"green\" in capture.toml")));
+}
+
+/// Puts the values of `image` into one colour, and others into the rest; a PNG, or what the name says.
+void write_coloured(const fs::path& file, const ImageF& image, int bit_depth, ColourChannel channel) {
+  std::vector<cv::Mat> planes;  // blue first
+  for (int place = 2; place >= 0; --place) {
+    cv::Mat plane(image.height, image.width, CV_32F);
+    cv::randu(plane, 0, 1 << bit_depth);
+    if (place == static_cast<int>(channel))
+      plane = cv::Mat(image.height, image.width, CV_32F, const_cast<float*>(image.data.data())).clone();
+    plane.convertTo(plane, bit_depth == 8 ? CV_8U : CV_16U);
+    planes.push_back(plane);
+  }
+  cv::Mat merged;
+  cv::merge(planes, merged);
+  ASSERT_TRUE(cv::imwrite(file.string(), merged));
+}
+
+TEST_F(CaptureSetTest, OneColourOfColourImages) {
+  for (const int bit_depth : {8, 12})
+    for (const ColourChannel channel : {ColourChannel::red, ColourChannel::green, ColourChannel::blue}) {
+      CameraImages images = make_images("left", 4, bit_depth);
+      images.white = random_image(60, 255);
+      write_camera_images(folder_, images);
+      for (const int i : {0, 2})  // the others stay gray
+        write_coloured(folder_ / fmt::format("left/000{}.png", i), images.images[i], bit_depth, channel);
+      write_coloured(folder_ / "left/white.png", *images.white, bit_depth, channel);
+      write_toml(fmt::format("channel = \"{}\"\n", colour_channel_name(channel)) +
+                 "[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\nwhite = \"left/white.png\"\n");
+      const CameraImages back = load(4, bit_depth);
+      for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(back.images[i].data, images.images[i].data);
+      EXPECT_EQ(back.white->data, images.white->data);
+    }
+}
+
+TEST_F(CaptureSetTest, OtherColoursMayBeAboveTheSensorsRange) {
+  write_set(4, 12);
+  const ImageF bright(kWidth, kHeight, 5000.0F);
+  const std::string camera = "[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\n";
+  write_coloured(folder_ / "left/0001.png", bright, 12, ColourChannel::green);
+  write_toml("channel = \"red\"\n" + camera);
+  EXPECT_EQ(load(4, 12).images.size(), 4u);
+  write_toml("channel = \"green\"\n" + camera);
+  EXPECT_THAT(load_error(4, 12), HasSubstr("0001.png: value 5000 at pixel (0, 0) is above the 4095"));
+}
+
+TEST_F(CaptureSetTest, ChannelsThatAreNone) {
+  const std::string camera = "[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\n";
+  write_toml("channel = \"gren\"\n" + camera);
+  EXPECT_THAT(load_error(),
+              AllOf(HasSubstr("capture.toml:2"), HasSubstr("channel"), HasSubstr("did you mean \"green\"?")));
+  write_toml("channel = 1\n" + camera);
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:2"), HasSubstr("channel")));
+  write_toml(camera + "channel = \"green\"\n");
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("capture.toml:5"), HasSubstr("unknown key \"channel\"")));
+}
+
+TEST_F(CaptureSetTest, AForeignSetKeepsItsChannel) {
+  CaptureSet set;
+  set.file = folder_ / "set" / "capture.toml";
+  set.cameras.emplace_back().name = "left";
+  set.cameras[0].files = {folder_ / "0.png"};
+  write_coloured(folder_ / "0.png", random_image(1, 255), 8, ColourChannel::blue);
+  fs::create_directories(folder_ / "set");
+  for (const std::optional<ColourChannel> channel : {std::optional(ColourChannel::blue), {}}) {
+    set.channel = channel;
+    write_foreign_set(set);
+    EXPECT_EQ(read_capture_set(folder_ / "set", 1).channel, channel);
+  }
 }
 
 TEST_F(CaptureSetTest, ValueAboveTheSensorsRange) {

@@ -100,7 +100,7 @@ void write_foreign_set(const CaptureSet& set) {
   std::map<std::string, std::string> provenance = set.provenance;
   for (std::size_t i = 0; i < images.size(); ++i)
     provenance["sha256." + images[i].lexically_relative(dir).generic_string()] = digests[i];
-  write_capture_toml(set.file.parent_path(), entries, provenance);
+  write_capture_toml(set.file.parent_path(), entries, provenance, set.channel);
 }
 
 }  // namespace fringetwin

@@ -10,8 +10,8 @@ namespace fringetwin {
 /// load_camera_images() does. `camera.pattern` is how the user named the images.
 void check_foreign_set(const CaptureSet& set, const Twin& twin);
 
-/// Writes set.file, sealed (twin/base/seal.hpp): the images one by one, relative to the file, `provenance`
-/// and the SHA-256 of each image.
+/// Writes set.file, sealed (twin/base/seal.hpp): the channel, the images one by one, relative to the file,
+/// `provenance` and the SHA-256 of each image.
 void write_foreign_set(const CaptureSet& set);
 
 }  // namespace fringetwin

@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <zlib.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -19,6 +18,7 @@
 
 #include "tests/support/twin/child_process.hpp"
 #include "tests/support/twin/expect_user_error.hpp"
+#include "tests/support/twin/png_bytes.hpp"
 #include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/image/image_limits.hpp"
@@ -66,32 +66,56 @@ void expect_all_refused(const std::string& folder, std::size_t least, const Read
   EXPECT_GE(n, least);
 }
 
-std::string big_endian(std::uint32_t v) {
-  return {static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
-          static_cast<char>(v)};
-}
-std::string png_chunk(const std::string& type, const std::string& data) {
-  const std::string body = type + data;
-  const auto crc = crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()));
-  return big_endian(static_cast<std::uint32_t>(data.size())) + body +
-         big_endian(static_cast<std::uint32_t>(crc));
-}
-std::string packed(const std::string& text) {
-  uLongf size = compressBound(text.size());
-  std::string out(size, '\0');
-  compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(text.data()),
-            text.size(), 9);
-  out.resize(size);
-  return out;
-}
 /// A black image, with `more` chunks before its pixels.
 std::string png(int width, int height, const std::string& more = "") {
-  const std::string rows(static_cast<std::size_t>(height) * (static_cast<std::size_t>(width) + 1), '\0');
-  return "\x89PNG\r\n\x1a\n" +
-         png_chunk("IHDR", big_endian(static_cast<std::uint32_t>(width)) +
-                               big_endian(static_cast<std::uint32_t>(height)) +
-                               std::string("\x08\0\0\0\0", 5)) +
-         more + png_chunk("IDAT", packed(rows)) + png_chunk("IEND", "");
+  const std::string rows(static_cast<std::size_t>(height) * static_cast<std::size_t>(width), '\0');
+  return png_bytes({width, height, 8, 0}, rows, more);
+}
+
+TEST(BadImages, NoFileOfTheCollectionGetsThroughForAChannel) {
+  const auto read = [](const fs::path& file) {
+    read_gray(file, kCamera, ColourChannel::green);
+    // Nothing is wrong with these but that they are coloured.
+    const std::string name = file.filename().string();
+    if (name == "rgb.png" || name == "palette.png" || name == "rgb.tif")
+      throw UserError(ExitCode::input, file.string(), "is read");
+  };
+  expect_all_refused("png", 30, read);
+  expect_all_refused("tiff", 30, read);
+}
+
+TEST(BadImages, ChannelsCountWhereTheyAreDecoded) {
+  const ScratchFolder folder;
+  const auto head = [&](int bits, int color_type) {
+    return folder.write("head.png", png_bytes({8000, 6000, bits, color_type}, ""));
+  };
+  constexpr ColourChannel kRed = ColourChannel::red;
+  expect_user_error(ExitCode::input, "is 8000 x 6000 px with 3 channels, at most 67 million pixels",
+                    [&] { check_gray(head(8, 2), kRed); });
+  expect_user_error(ExitCode::input, "is 8000 x 6000 px with 4 channels",
+                    [&] { check_gray(head(16, 6), kRed); });
+  expect_user_error(ExitCode::input, "is a colour image (RGB)", [&] { check_gray(head(8, 2)); });
+  expect_user_error(ExitCode::input, "(libpng: ", [&] { check_gray(head(8, 0), kRed); });
+}
+
+TEST(BadImages, EveryCutOfAColourImageIsFound) {
+  const ScratchFolder folder;
+  const std::string row(3 * 160, '\x40');
+  std::string rows;
+  for (int k = 0; k < 120; ++k) rows += row;
+  const std::string bmp_head =
+      std::string("BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\xa0\0\0\0\x78\0\0\0\1\0\x18\0", 30) +
+      std::string(24, '\0');
+  for (const std::string& whole :
+       {png_bytes({160, 120, 8, 2}, rows), "P6\n160 120\n255\n" + rows, bmp_head + rows}) {
+    const auto read = [&](std::size_t bytes) {
+      return read_gray(folder.write("image", whole.substr(0, bytes)), kCamera, ColourChannel::blue);
+    };
+    EXPECT_EQ(read(whole.size()).image(159, 119), 64.0F);
+    for (std::size_t bytes = whole.size() - 1; bytes > 0;
+         bytes -= std::min<std::size_t>(bytes, 1 + bytes / 7))
+      expect_user_error(ExitCode::input, "image: ", [&] { read(bytes); });
+  }
 }
 
 TEST(BadImages, EveryFileOfTheCollectionIsRefused) {

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstring>
 #include <exception>
+#include <optional>
 
 #include "twin/image/image_codecs.hpp"
 
@@ -47,19 +48,25 @@ class PlainBytes {
 };
 
 void begin_gray(int width, int height, int bits, DecodedImage* image) {
-  *image = {width, height, 1, bits, {}};
+  *image = {.width = width, .height = height, .channels = 1, .bits = bits, .values = {}};
   image->values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
                        static_cast<std::size_t>(bits / 8));
 }
 
-/// Turns the rows' palette numbers into gray values; a colour in it makes a colour image.
+/// Returns the place of a colour among the bytes of a BMP's pixel or palette: blue comes first.
+std::size_t place_in_bmp(ColourChannel channel) { return 2 - static_cast<std::size_t>(channel); }
+
+/// Turns the rows' palette numbers into gray values; a colour in it makes a colour image, unless one of the
+/// colours is wanted.
 bool look_up(const PlainBytes& bytes, std::size_t palette, std::size_t entry_bytes, std::size_t n,
-             DecodedImage* image) {
+             const ColourChannel* wanted, DecodedImage* image) {
   std::array<std::uint8_t, 256> gray{};
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t at = palette + k * entry_bytes;
-    gray[k] = static_cast<std::uint8_t>(bytes.little_endian(at, 1));
-    if (bytes.little_endian(at + 1, 1) != gray[k] || bytes.little_endian(at + 2, 1) != gray[k])
+    gray[k] = static_cast<std::uint8_t>(
+        bytes.little_endian(at + (wanted != nullptr ? place_in_bmp(*wanted) : 0), 1));
+    if (wanted == nullptr &&
+        (bytes.little_endian(at + 1, 1) != gray[k] || bytes.little_endian(at + 2, 1) != gray[k]))
       image->channels = 3;
   }
   for (std::uint8_t& value : image->values) {
@@ -69,37 +76,80 @@ bool look_up(const PlainBytes& bytes, std::size_t palette, std::size_t entry_byt
   return true;
 }
 
-/// 8 bits a pixel through a palette, uncompressed; rows are filled up to 4 bytes and begin with the lowest.
-bool decode_bmp(PlainBytes bytes, DecodedImage* image) {
+/// Takes the byte at `place` of each pixel; rows are filled up to 4 bytes.
+bool take_rows(PlainBytes& bytes, bool top_first, std::size_t pixel_bytes, std::size_t place,
+               DecodedImage* image) {
+  const auto width = static_cast<std::size_t>(image->width), height = static_cast<std::size_t>(image->height);
+  const std::size_t used = width * pixel_bytes, stored = (used + 3) / 4 * 4;
+  for (std::size_t k = 0; k < height; ++k) {
+    const std::uint8_t* values = bytes.take(k + 1 == height ? used : stored);
+    if (values == nullptr) return false;
+    std::uint8_t* row = &image->values[width * (top_first ? k : height - 1 - k)];
+    for (std::size_t x = 0; x < width; ++x) row[x] = values[x * pixel_bytes + place];
+  }
+  return true;
+}
+
+/// Returns which byte of a pixel of 24 or 32 bits holds the colour; nothing where the colours are no bytes of
+/// their own.
+std::optional<std::size_t> byte_of_colour(const PlainBytes& bytes, std::int64_t compression,
+                                          std::int64_t bits, ColourChannel channel) {
+  if (compression == 0 && (bits == 24 || bits == 32)) return place_in_bmp(channel);
+  if (compression != 3 || bits != 32) return {};  // 3: a mask for each colour, red first
+  const auto mask =
+      static_cast<std::uint32_t>(bytes.little_endian(54 + 4 * static_cast<std::size_t>(channel), 4));
+  for (std::size_t k = 0; k < 4; ++k)
+    if (mask == 0xffU << (8 * k)) return k;
+  return {};
+}
+
+/// 8 bits a pixel through a palette, or a colour of 24 or 32 bits, uncompressed; rows begin with the lowest.
+bool decode_bmp(PlainBytes bytes, const ColourChannel* wanted, DecodedImage* image) {
   const auto info_bytes = static_cast<std::size_t>(bytes.little_endian(14, 4));
   const bool old = info_bytes == 12;
   const int width = static_cast<int>(bytes.little_endian(18, old ? 2 : 4));
   const int height = static_cast<int>(bytes.little_endian(old ? 20 : 22, old ? 2 : 4));
   const std::int64_t bits = bytes.little_endian(old ? 24 : 28, 2);
   if (width <= 0 || height == 0 || height == INT32_MIN) return false;
-  *image = {width, height < 0 ? -height : height, bits > 8 ? static_cast<int>(bits / 8) : 1, 0, {}};
+  *image = {.width = width,
+            .height = height < 0 ? -height : height,
+            .channels = bits > 8 ? static_cast<int>(bits / 8) : 1,
+            .bits = 0,
+            .values = {}};
+  const std::int64_t compression = old ? 0 : bytes.little_endian(30, 4);
+  bytes.go_to(static_cast<std::size_t>(bytes.little_endian(10, 4)) & 0xffffffffU);
+  if (bits > 8 && wanted != nullptr) {
+    const auto place = byte_of_colour(bytes, compression, bits, *wanted);
+    if (!place) {
+      image->fault =
+          "is a BMP whose colours are no bytes of their own; save it with 24 bits a pixel, or as PNG";
+      return true;
+    }
+    begin_gray(width, image->height, 8, image);
+    return take_rows(bytes, height < 0, static_cast<std::size_t>(bits) / 8, *place, image);
+  }
   if (bits != 8) return true;
-  if (!old && bytes.little_endian(30, 4) != 0) return false;  // run lengths
+  if (compression != 0) return false;  // run lengths
   const std::int64_t named = old ? 0 : bytes.little_endian(46, 4);
   const std::size_t colours = named > 0 && named < 256 ? static_cast<std::size_t>(named) : 256;
   begin_gray(width, image->height, 8, image);
-  bytes.go_to(static_cast<std::size_t>(bytes.little_endian(10, 4)) & 0xffffffffU);
-  const auto row = static_cast<std::size_t>(width), stored = (row + 3) / 4 * 4;
-  for (int k = 0; k < image->height; ++k) {
-    const bool last = k + 1 == image->height;
-    const std::uint8_t* values = bytes.take(last ? row : stored);
-    if (values == nullptr) return false;
-    std::memcpy(&image->values[row * static_cast<std::size_t>(height < 0 ? k : height - 1 - k)], values, row);
-  }
-  return look_up(bytes, 14 + info_bytes, old ? 3 : 4, colours, image);
+  if (!take_rows(bytes, height < 0, 1, 0, image)) return false;
+  return look_up(bytes, 14 + info_bytes, old ? 3 : 4, colours, wanted, image);
 }
 
-/// P5: values of 1 or 2 bytes, the high one first.
-bool take_binary(PlainBytes& bytes, DecodedImage* image) {
+/// P5 and P6: values of 1 or 2 bytes, the high one first; of P6 the colour alone.
+bool take_binary(PlainBytes& bytes, const ColourChannel* colour, DecodedImage* image) {
   bytes.next();  // one blank behind the largest value
-  const std::uint8_t* values = bytes.take(image->values.size());
+  const std::uint8_t* values = bytes.take(image->values.size() * (colour != nullptr ? 3 : 1));
   if (values == nullptr) return false;
-  std::memcpy(image->values.data(), values, image->values.size());
+  if (colour == nullptr) {
+    std::memcpy(image->values.data(), values, image->values.size());
+  } else {
+    const std::size_t n = static_cast<std::size_t>(image->bits) / 8;
+    values += n * static_cast<std::size_t>(*colour);
+    for (std::size_t k = 0; k < image->values.size(); k += n)
+      for (std::size_t byte = 0; byte < n; ++byte) image->values[k + byte] = values[3 * k + byte];
+  }
   if (image->bits == 16 && std::endian::native == std::endian::little)
     for (std::size_t k = 0; k < image->values.size(); k += 2)
       std::swap(image->values[k], image->values[k + 1]);
@@ -119,28 +169,33 @@ bool take_decimal(PlainBytes& bytes, int most, DecodedImage* image) {
   return true;
 }
 
-bool decode_pnm(PlainBytes bytes, DecodedImage* image) {
+bool decode_pnm(PlainBytes bytes, const ColourChannel* wanted, DecodedImage* image) {
   bytes.next();
   const int kind = bytes.next();
   const int width = bytes.decimal(), height = bytes.decimal(), most = bytes.decimal();
   if (width <= 0 || height <= 0) return false;
-  *image = {width, height, kind == '3' || kind == '6' ? 3 : 1, 0, {}};
-  if (kind != '2' && kind != '5') return true;
+  const bool colour = kind == '3' || kind == '6';
+  *image = {.width = width, .height = height, .channels = colour ? 3 : 1, .bits = 0, .values = {}};
+  if (kind == '3' && wanted != nullptr)
+    image->fault = "is a colour image as decimal text (P3); save it as binary PPM (P6), or as PNG";
+  if (kind != '2' && kind != '5' && (kind != '6' || wanted == nullptr)) return true;
   if (most <= 0 || most > 65535) return false;
   begin_gray(width, height, most > 255 ? 16 : 8, image);
-  return kind == '5' ? take_binary(bytes, image) : take_decimal(bytes, most, image);
+  return kind == '2' ? take_decimal(bytes, most, image)
+                     : take_binary(bytes, colour ? wanted : nullptr, image);
 }
 
 }  // namespace
 }  // namespace fringetwin
 
-extern "C" bool fringetwin_decode_image_1(const std::uint8_t* bytes, std::size_t size,
+extern "C" bool fringetwin_decode_image_2(const std::uint8_t* bytes, std::size_t size,
+                                          const fringetwin::ColourChannel* wanted,
                                           fringetwin::DecodedImage* image) {
   try {
     if (size < 4) return false;
-    if (bytes[0] == 'B') return fringetwin::decode_bmp({bytes, size}, image);
-    if (bytes[0] == 'P') return fringetwin::decode_pnm({bytes, size}, image);
-    return fringetwin::decode_tiff(bytes, size, image);
+    if (bytes[0] == 'B') return fringetwin::decode_bmp({bytes, size}, wanted, image);
+    if (bytes[0] == 'P') return fringetwin::decode_pnm({bytes, size}, wanted, image);
+    return fringetwin::decode_tiff(bytes, size, wanted, image);
   } catch (const std::exception&) {  // no memory
     return false;
   }

@@ -45,8 +45,10 @@ bool starts_with(const HeadBytes& bytes, const char* text, std::size_t n) {
 /// IHDR is the first chunk of every PNG.
 std::optional<ImageHeader> png_header(const HeadBytes& head) {
   if (head.size() < 33 || std::memcmp(&head[8], "\0\0\0\x0dIHDR", 8) != 0) return {};
+  const std::uint64_t colours = head[25] == 2 || head[25] == 6 ? 3 : 1;  // a palette's are looked up
+  const std::uint64_t alpha = head[25] == 4 || head[25] == 6 ? 1 : 0;
   return ImageHeader{true, whole_number(head, 16, 4, true), whole_number(head, 20, 4, true),
-                     head[24] == 16 ? 2 : 1};
+                     head[24] == 16 ? 2 : 1, colours + alpha};
 }
 
 std::optional<ImageHeader> bmp_header(const HeadBytes& head) {
@@ -96,7 +98,7 @@ class TiffHeader {
     if (std::max({width_, height_, tile_width_, tile_height_}) > kMost32) return {};
     if ((tile_width_ | tile_height_) != 0 && std::min(tile_width_, tile_height_) < kSmallestTile) return {};
     if (tile_width_ * tile_height_ > std::max(area, kLeastTile)) return {};
-    return ImageHeader{false, width_, height_, 2};
+    return ImageHeader{false, width_, height_, 2, samples_ == 0 ? 1 : samples_};
   }
 
  private:
@@ -136,6 +138,8 @@ class TiffHeader {
         return &width_;
       case 257:
         return &height_;
+      case 277:
+        return &samples_;
       case 322:
         return &tile_width_;
       case 323:
@@ -149,6 +153,7 @@ class TiffHeader {
   std::ifstream& stream_;
   bool big_endian_ = false, big_tiff_ = false;
   std::uint64_t width_ = kMissing, height_ = kMissing, tile_width_ = 0, tile_height_ = 0;
+  std::uint64_t samples_ = 0;  // a pixel
 };
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace fringetwin {
 struct ImageHeader {
   bool png = false;
   std::uint64_t width = 0, height = 0;  ///< below 2^32 each, may be 0
-  int decoding_bytes = 0;               ///< a pixel takes while it is decoded
+  int decoding_bytes = 0;               ///< a value takes while it is decoded
+  std::uint64_t channels = 1;           ///< values a pixel is decoded to before one colour of it is taken
 };
 
 /// Returns nothing where the file is none of these, or its header is cut off, contradicts itself or asks for

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads gray images (PNG of 8 or 16 bits through libpng, BMP, TIFF and PGM through a module), reads and
-// writes EXR (float32 channels), and writes files under a temporary name first.
+// Reads gray images, and one colour of colour images (PNG of 8 or 16 bits through libpng, BMP, TIFF, PGM and
+// PPM through a module), reads and writes EXR (float32 channels), and writes files under a temporary name
+// first.
 #pragma once
 #include <compare>
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "twin/base/not_copyable.hpp"
+#include "twin/image/colour_channel.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin {
@@ -30,17 +32,18 @@ struct LoadedGray {
   ImageF image;       ///< the stored integer values
   int file_bits = 8;  ///< 8 or 16
 };
-/// Reads a gray image. Throws UserError(input) naming the file when missing, truncated, not gray,
-/// undecodable, or of another size.
-LoadedGray read_gray(const std::filesystem::path& file, const std::optional<RightSize>& right = {});
+/// Reads a gray image, or the values of `channel` of a colour image. Throws UserError(input) naming the file
+/// when missing, truncated, a colour image where no channel is given, undecodable, or of another size.
+LoadedGray read_gray(const std::filesystem::path& file, const std::optional<RightSize>& right = {},
+                     const std::optional<ColourChannel>& channel = {});
 
 struct ImageKind {
   int width = 0, height = 0;
   int bits = 0;  ///< of the file's values: 8, 16; 32 for EXR
   auto operator<=>(const ImageKind&) const = default;
 };
-/// Decodes a gray image to its end, as read_gray(), and an EXR of one channel, without keeping them.
-ImageKind check_gray(const std::filesystem::path& file);
+/// Decodes an image to its end, as read_gray(), and an EXR of one channel, without keeping them.
+ImageKind check_gray(const std::filesystem::path& file, const std::optional<ColourChannel>& channel = {});
 ImageKind check_exr(const std::filesystem::path& file);
 /// Writes the values, which are rounded and must lie in [0, 2^file_bits-1]. Fast compression; temporary name
 /// + rename.

@@ -4,6 +4,7 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <array>
 #include <bit>
 #include <csetjmp>
 #include <cstring>
@@ -52,37 +53,28 @@ void append_bytes(png_structp png, png_bytep data, std::size_t n) {
 }
 void flush_nothing(png_structp) {}
 
-const char* refused_color_type(int color_type) {
-  switch (color_type) {
-    case PNG_COLOR_TYPE_GRAY:
-      return nullptr;
-    case PNG_COLOR_TYPE_GRAY_ALPHA:
-      return "has an alpha channel, a plain gray image is needed";
-    case PNG_COLOR_TYPE_PALETTE:
-      return "is a colour image (palette), a gray image is needed";
-    default:
-      return "is a colour image (RGB), a gray image is needed";
-  }
+/// Returns why no gray values can be had of an image of this type; empty where they can.
+std::string refused_color_type(int color_type, bool channel_is_named) {
+  if (color_type == PNG_COLOR_TYPE_GRAY_ALPHA) return "has an alpha channel, a plain gray image is needed";
+  if (color_type == PNG_COLOR_TYPE_GRAY || channel_is_named) return "";
+  return std::string("is a colour image (") + (color_type == PNG_COLOR_TYPE_PALETTE ? "palette" : "RGB") +
+         "), a gray image is needed; " + kNameAColour;
 }
 
 struct PngHeader {
   png_uint_32 width, height;
   int bits;
+  int color_type;
 };
 
-// Reads up to the pixels. False with message->text set.
-bool decode_header(png_structp png, png_infop info, PngHeader* header, Message* message) {
+// Reads up to the pixels. False with the message set.
+bool decode_header(png_structp png, png_infop info, PngHeader* header) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   // Texts, profiles and the like unpack to 8 MB each, a thousand of them: they are skipped.
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(png, info);
-  int color_type = 0;
-  png_get_IHDR(png, info, &header->width, &header->height, &header->bits, &color_type, nullptr, nullptr,
-               nullptr);
-  if (const char* refusal = refused_color_type(color_type)) {
-    std::strncpy(message->text, refusal, sizeof message->text - 1);
-    return false;
-  }
+  png_get_IHDR(png, info, &header->width, &header->height, &header->bits, &header->color_type, nullptr,
+               nullptr, nullptr);
   png_set_packing(png);  // 1, 2, 4 bit: one byte each, not scaled
   if constexpr (std::endian::native == std::endian::little) {
     if (header->bits == 16) png_set_swap(png);
@@ -144,26 +136,53 @@ std::string complaint(const Message& message) {
   return "is damaged (libpng: " + text + ")";
 }
 
+/// Turns palette numbers into the values of one colour; false where a number is beyond the palette.
+bool look_up_colour(png_structp png, png_infop info, ColourChannel channel,
+                    std::vector<std::uint8_t>* values) {
+  png_colorp palette = nullptr;
+  int n = 0;
+  if (png_get_PLTE(png, info, &palette, &n) == 0) return false;
+  std::array<std::uint8_t, 256> table{};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k)
+    table[k] = channel == ColourChannel::red     ? palette[k].red
+               : channel == ColourChannel::green ? palette[k].green
+                                                 : palette[k].blue;
+  for (std::uint8_t& value : *values) {
+    if (value >= n) return false;
+    value = table[value];
+  }
+  return true;
+}
+
 }  // namespace
 
 bool is_png(const std::vector<std::uint8_t>& bytes) {
   return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0;
 }
 
-std::string decode_gray_png(const std::vector<std::uint8_t>& bytes, GrayPixels* pixels) {
+std::string decode_gray_png(const std::vector<std::uint8_t>& bytes,
+                            const std::optional<ColourChannel>& channel, GrayPixels* pixels) {
   Reader reader;
   if (reader.info == nullptr) return "cannot be read: out of memory";
   Source source{bytes.data(), bytes.size(), 0};
   png_set_read_fn(reader.png, &source, read_bytes);
   PngHeader header{};
-  if (!decode_header(reader.png, reader.info, &header, &reader.message)) return complaint(reader.message);
+  if (!decode_header(reader.png, reader.info, &header)) return complaint(reader.message);
+  const std::string refusal = refused_color_type(header.color_type, channel.has_value());
+  if (!refusal.empty()) return refusal;
   pixels->width = static_cast<int>(header.width);  // libpng's own limit is 1e6 a side
   pixels->height = static_cast<int>(header.height);
   pixels->file_bits = header.bits == 16 ? 16 : 8;
-  const std::size_t row_bytes = header.width * (header.bits == 16 ? 2u : 1u);
+  const std::size_t channels = png_get_channels(reader.png, reader.info);
+  const std::size_t row_bytes = header.width * channels * (header.bits == 16 ? 2u : 1u);
   pixels->values.resize(row_bytes * header.height);
   std::vector<png_bytep> rows = row_pointers(pixels->values.data(), header.height, row_bytes);
   if (!decode_image(reader.png, reader.info, rows.data())) return complaint(reader.message);
+  if (header.color_type == PNG_COLOR_TYPE_PALETTE)
+    return look_up_colour(reader.png, reader.info, *channel, &pixels->values)
+               ? ""
+               : "is damaged (a pixel has a number beyond the palette)";
+  if (channels > 1) keep_channel(channels, header.bits, *channel, &pixels->values);
   return "";
 }
 
@@ -174,7 +193,7 @@ std::string encode_gray_png(const GrayPixels& pixels, std::vector<std::uint8_t>*
   bytes->reserve(pixels.values.size());
   png_set_write_fn(writer.png, bytes, append_bytes, flush_nothing);
   const PngHeader header{static_cast<png_uint_32>(pixels.width), static_cast<png_uint_32>(pixels.height),
-                         pixels.file_bits};
+                         pixels.file_bits, PNG_COLOR_TYPE_GRAY};
   const std::size_t row_bytes = header.width * (header.bits == 16 ? 2u : 1u);
   std::vector<png_bytep> rows = row_pointers(pixels.values.data(), header.height, row_bytes);
   if (!encode_image(writer.png, writer.info, &header, rows.data())) return complaint(writer.message);

@@ -60,8 +60,8 @@ bool read_tiles(TIFF* tiff, std::size_t row_bytes, DecodedImage* image) {
   std::uint32_t width = 0, height = 0;
   TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
   TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
-  const std::size_t value_bytes = static_cast<std::size_t>(image->bits) / 8;
-  const std::size_t tile_row_bytes = width * value_bytes;
+  const std::size_t pixel_bytes = row_bytes / static_cast<std::size_t>(image->width);
+  const std::size_t tile_row_bytes = width * pixel_bytes;
   const tmsize_t tile_bytes = TIFFTileSize(tiff);
   if (height == 0 || tile_row_bytes == 0 || tile_bytes != static_cast<tmsize_t>(height * tile_row_bytes))
     return false;
@@ -69,7 +69,7 @@ bool read_tiles(TIFF* tiff, std::size_t row_bytes, DecodedImage* image) {
   const auto image_height = static_cast<std::size_t>(image->height);
   for (std::size_t y = 0; y < image_height; y += height)
     for (std::size_t x = 0; x < row_bytes; x += tile_row_bytes) {
-      const auto number = TIFFComputeTile(tiff, static_cast<std::uint32_t>(x / value_bytes),
+      const auto number = TIFFComputeTile(tiff, static_cast<std::uint32_t>(x / pixel_bytes),
                                           static_cast<std::uint32_t>(y), 0, 0);
       if (TIFFReadEncodedTile(tiff, number, tile.data(), tile_bytes) != tile_bytes) return false;
       for (std::size_t row = 0; row < std::min<std::size_t>(height, image_height - y); ++row)
@@ -83,9 +83,23 @@ void invert(DecodedImage* image) {
   for (std::uint8_t& byte : image->values) byte = static_cast<std::uint8_t>(~byte);
 }
 
+/// Returns why no colour can be taken of a colour image; empty where one can.
+std::string fault_of_colours(TIFF* tiff, int photometric, int channels) {
+  if (photometric == PHOTOMETRIC_PALETTE)
+    return "is a TIFF with a palette, of which no colour is taken; save it as RGB, or as PNG";
+  if (photometric != PHOTOMETRIC_RGB || channels < 3 || channels > 4)
+    return "is a TIFF with " + std::to_string(channels) +
+           " channels that are not RGB, with or without alpha; save it as RGB, or as PNG";
+  if (number(tiff, TIFFTAG_PLANARCONFIG) != PLANARCONFIG_CONTIG)
+    return "keeps each colour in a plane of its own; save it with the colours of a pixel side by side, or as "
+           "PNG";
+  return "";
+}
+
 }  // namespace
 
-bool decode_tiff(const std::uint8_t* bytes, std::size_t size, DecodedImage* image) {
+bool decode_tiff(const std::uint8_t* bytes, std::size_t size, const ColourChannel* wanted,
+                 DecodedImage* image) {
   TIFFSetErrorHandler(nullptr);  // the program says what is wrong
   TIFFSetWarningHandler(nullptr);
   TiffBytes source{bytes, size, 0};
@@ -105,15 +119,23 @@ bool decode_tiff(const std::uint8_t* bytes, std::size_t size, DecodedImage* imag
   if (image->channels == 1 && photometric == PHOTOMETRIC_PALETTE) image->channels = 3;
   const bool whole = number(tiff.get(), TIFFTAG_SAMPLEFORMAT) == SAMPLEFORMAT_UINT;
   image->bits = whole && (bits == 8 || bits == 16) ? bits : 0;
-  if (image->channels != 1 || image->bits == 0) return true;
-  if (width == 0 || height == 0 || photometric > PHOTOMETRIC_MINISBLACK ||
+  const bool colour = image->channels != 1;
+  if (image->bits == 0 || (colour && wanted == nullptr)) return true;
+  if (colour) image->fault = fault_of_colours(tiff.get(), photometric, image->channels);
+  if (!image->fault.empty()) return true;
+  if (width == 0 || height == 0 || (!colour && photometric > PHOTOMETRIC_MINISBLACK) ||
       number(tiff.get(), TIFFTAG_ORIENTATION) != ORIENTATION_TOPLEFT)
     return false;
-  const std::size_t row_bytes = static_cast<std::size_t>(width) * static_cast<std::size_t>(bits / 8);
+  const auto channels = static_cast<std::size_t>(image->channels);
+  const std::size_t row_bytes = width * channels * static_cast<std::size_t>(bits / 8);
   image->values.resize(row_bytes * height);
   const bool read = TIFFIsTiled(tiff.get()) != 0 ? read_tiles(tiff.get(), row_bytes, image)
                                                  : read_strips(tiff.get(), row_bytes, image);
   if (photometric == PHOTOMETRIC_MINISWHITE) invert(image);
+  if (colour) {
+    keep_channel(channels, bits, *wanted, &image->values);
+    image->channels = 1;
+  }
   return read;
 }
 
