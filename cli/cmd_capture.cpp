@@ -15,6 +15,7 @@
 #include "capture/record/session.hpp"
 #include "capture/record/verify_set.hpp"
 #include "capture/v4l2/v4l2_list.hpp"
+#include "cli/capture_pulses.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
@@ -41,6 +42,7 @@ struct CaptureCommand {
   std::optional<int> settle_frames;
   capture::CapturePlan plan;
   RigFlags rig;
+  PulseFlags pulses;
   capture::Existing existing() const {
     return overwrite ? capture::Existing::overwrite
            : resume  ? capture::Existing::resume
@@ -102,6 +104,24 @@ void prepare(CaptureCommand& o, const OpenedRig& rig, bool unfinished) {
   o.plan.settle_frames = latency.settle_frames;
 }
 
+/// Throws UserError(usage) for options that a projector which runs by itself makes no sense with.
+void check_pulses(const CaptureCommand& o) {
+  std::map<std::string, std::string> others;
+  if (o.auto_exposure) others["--auto-exposure"] = "it needs a display that shows white: set --exposure-ms";
+  if (o.calibrate_latency) others["--calibrate-latency"] = "the pulses say when a pattern is on";
+  if (o.preview) others["--preview"] = "it needs a display that shows one pattern at a time";
+  if (o.settle_frames) others["--settle"] = "each pulse has one frame, and none is left out";
+  check_pulse_flags(o.pulses, o.rig, o.plan, others);
+}
+
+int run_patterns(const CaptureCommand& o) {
+  if (!o.out.empty() || !o.rig.cameras.empty() || !o.rig.display.empty())
+    throw UserError(ExitCode::usage, "--patterns", "opens no device and records nothing",
+                    "leave --out, --camera and --display out");
+  write_patterns(load_projected_twin(o.twin), o.pulses, o.overwrite);
+  return static_cast<int>(ExitCode::ok);
+}
+
 /// A line per camera and look, until Ctrl-C (or Esc in a window): that is its ordinary end.
 int run_preview(const CaptureCommand& o) {
   const Twin twin = load_projected_twin(o.twin);
@@ -140,9 +160,13 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
     return static_cast<int>(ExitCode::ok);
   }
   const OpenedRig rig = open_rig(twin, o.rig);
-  check_rig(twin, rig.cameras, *rig.display, o.plan);
-  choose_settling(o, rig);
-  prepare(o, rig, found == capture::Found::unfinished);
+  if (rig.display) {
+    check_rig(twin, rig.cameras, *rig.display, o.plan);
+    choose_settling(o, rig);
+    prepare(o, rig, found == capture::Found::unfinished);
+  } else {
+    check_cameras(twin, rig.cameras, o.plan);
+  }
   std::map<std::string, std::string> identity = recording_identity(twin, rig.cameras, o.plan);
   identity.insert(rig.identity.begin(), rig.identity.end());
   // Only now: devices that do not fit leave an older recording as it is.
@@ -151,7 +175,9 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
       {"program", "fringetwin " + version_string()},
       {"command", fmt::format("{}", fmt::join(invocation.argv, " "))},
       {"twin", twin.name}};
-  print_summary(o, record_session(twin, rig.cameras, *rig.display, o.plan, recording, provenance));
+  print_summary(o, rig.display
+                       ? record_session(twin, rig.cameras, *rig.display, o.plan, recording, provenance)
+                       : record_pulses(twin, rig.cameras, o.plan, o.pulses.options(), recording, provenance));
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -177,6 +203,8 @@ int run_capture(CaptureCommand o, const Invocation& invocation) {
   if (o.settle_frames) o.plan.settle_frames = *o.settle_frames;
   if (o.list) return run_list();
   if (!o.verify.empty()) return run_verify(o);
+  if (!o.pulses.patterns.empty()) return run_patterns(o);
+  check_pulses(o);
   if (o.preview) return run_preview(o);
   return run_record(o, invocation);
 }
@@ -272,6 +300,7 @@ void add_capture(CLI::App& app, Invocation& invocation) {
   add_exposure_options(*sub, *o);
   add_timing_options(*sub, *o);
   add_rig_flags(*sub, o->rig);
+  add_pulse_flags(*sub, o->pulses);
   run_when_chosen(*sub, invocation, o, run_capture);
 }
 
