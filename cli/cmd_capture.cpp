@@ -12,10 +12,11 @@
 #include "capture/genicam/genicam_list.hpp"
 #include "capture/open_display.hpp"
 #include "capture/record/journal.hpp"
+#include "capture/record/pattern_files.hpp"
+#include "capture/record/pulse_session.hpp"
 #include "capture/record/session.hpp"
 #include "capture/record/verify_set.hpp"
 #include "capture/v4l2/v4l2_list.hpp"
-#include "cli/capture_pulses.hpp"
 #include "cli/capture_rig.hpp"
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
@@ -29,6 +30,19 @@ namespace fringetwin::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// For a projector that runs by itself.
+struct PulseFlags {
+  std::optional<double> wait_s, pause_ms;
+  std::string patterns;  ///< folder to write them to; "": none asked for
+
+  capture::PulseOptions options() const {
+    capture::PulseOptions options;
+    if (wait_s) options.wait = std::chrono::milliseconds(std::llround(1000.0 * *wait_s));
+    if (pause_ms) options.pause = std::chrono::milliseconds(std::llround(*pause_ms));
+    return options;
+  }
+};
 
 struct CaptureCommand {
   std::string twin, out;
@@ -104,21 +118,42 @@ void prepare(CaptureCommand& o, const OpenedRig& rig, bool unfinished) {
   o.plan.settle_frames = latency.settle_frames;
 }
 
-/// Throws UserError(usage) for options that a projector which runs by itself makes no sense with.
+/// Throws UserError(usage) for options that a projector which runs by itself makes no sense with, and for its
+/// own without one.
 void check_pulses(const CaptureCommand& o) {
-  std::map<std::string, std::string> others;
-  if (o.auto_exposure) others["--auto-exposure"] = "it needs a display that shows white: set --exposure-ms";
-  if (o.calibrate_latency) others["--calibrate-latency"] = "the pulses say when a pattern is on";
-  if (o.preview) others["--preview"] = "it needs a display that shows one pattern at a time";
-  if (o.settle_frames) others["--settle"] = "each pulse has one frame, and none is left out";
-  check_pulse_flags(o.pulses, o.rig, o.plan, others);
+  const std::string line = o.rig.trigger_line();
+  if (line.empty()) {
+    for (const auto& [option, given] :
+         {std::pair{"--wait-s", o.pulses.wait_s}, std::pair{"--pause-ms", o.pulses.pause_ms}})
+      if (given)
+        throw UserError(ExitCode::usage, option, "is for a projector that runs by itself",
+                        "add --trigger LINE, or leave it out");
+    return;
+  }
+  const auto exclude = [&line](bool given, const char* option, const char* instead) {
+    if (given)
+      throw UserError(ExitCode::usage, option, fmt::format("and --trigger {} exclude each other", line),
+                      instead);
+  };
+  exclude(!o.rig.display.empty(), "--display",
+          "the projector shows the sequence by itself, load it with the pictures of --patterns");
+  exclude(o.auto_exposure, "--auto-exposure", "it needs a display that shows white: set --exposure-ms");
+  exclude(o.calibrate_latency, "--calibrate-latency", "the pulses say when a pattern is on");
+  exclude(o.preview, "--preview", "it needs a display that shows one pattern at a time");
+  exclude(o.settle_frames.has_value(), "--settle", "each pulse has one frame, and none is left out");
+  capture::check_pulse_plan(o.plan, line);
 }
 
 int run_patterns(const CaptureCommand& o) {
   if (!o.out.empty() || !o.rig.cameras.empty() || !o.rig.display.empty())
     throw UserError(ExitCode::usage, "--patterns", "opens no device and records nothing",
                     "leave --out, --camera and --display out");
-  write_patterns(load_projected_twin(o.twin), o.pulses, o.overwrite);
+  check_out_folder(o.pulses.patterns);
+  const Twin twin = load_projected_twin(o.twin);
+  const std::size_t n = capture::write_pattern_files(twin, o.pulses.patterns, o.overwrite);
+  const Lens& projector = twin.projector->lens;
+  say(fmt::format("{} pictures of {} x {} px: {}", n, projector.width(), projector.height(),
+                  o.pulses.patterns));
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -281,6 +316,22 @@ void add_timing_options(CLI::App& sub, CaptureCommand& o) {
       ->type_name("MS")
       ->check(CLI::Range(1, 600'000))
       ->capture_default_str();
+}
+
+void add_pulse_flags(CLI::App& sub, PulseFlags& flags) {
+  begin_group(sub, "A projector that runs by itself (--trigger LINE)");
+  sub.add_option(
+         "--patterns", flags.patterns,
+         "Write the pictures that it is loaded with, 000.png ..., and what they are; nothing is recorded")
+      ->type_name("DIR");
+  sub.add_option("--wait-s", flags.wait_s, "For the first pulse of a run")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 86'400.0))
+      ->default_str("60");
+  sub.add_option("--pause-ms", flags.pause_ms, "Without a pulse, after which a run has ended")
+      ->type_name("MS")
+      ->check(CLI::Range(50.0, 60'000.0))
+      ->default_str("500");
 }
 
 }  // namespace
