@@ -78,6 +78,9 @@ Twin stand_in(const Twin& twin, const std::string& file) {
 }
 
 OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFlags& flags) {
+  if (!flags.trigger_line().empty())
+    throw UserError(ExitCode::usage, "--trigger " + flags.trigger,
+                    "and --camera twin:TWIN.toml exclude each other", "a simulated rig has no lines");
   if (!flags.display.empty())
     throw UserError(ExitCode::usage, "--display", "and --camera twin:TWIN.toml exclude each other",
                     "a simulated rig has its own projector");
@@ -143,6 +146,10 @@ std::vector<std::pair<std::string, std::string>> controls_of(const Camera& camer
 
 std::unique_ptr<capture::CameraDevice> open_v4l2(const Camera& camera, const std::string& device,
                                                  const Twin& twin, const RigFlags& flags) {
+  if (!flags.trigger_line().empty())
+    throw UserError(ExitCode::usage, fmt::format("--camera {}={}", camera.name, device),
+                    fmt::format("a V4L2 camera cannot be triggered by {}", flags.trigger),
+                    "use a GenICam camera, or leave --trigger out and add --display");
   capture::V4l2CameraOptions options;
   options.device = device;
   if (!flags.format.empty()) options.format.format = capture::required_pixel_format(flags.format, "--format");
@@ -163,6 +170,12 @@ std::unique_ptr<capture::CameraDevice> open_v4l2(const Camera& camera, const std
   return opened;
 }
 
+/// Pulses do not wait for the program, so that a whole run has room, within reason.
+unsigned buffers_for_run(const Fringes& fringes) {
+  constexpr std::size_t kMost = 64, kSpare = 8;
+  return static_cast<unsigned>(std::min(expand_sequence(fringes).size() + kSpare, kMost));
+}
+
 std::unique_ptr<capture::CameraDevice> open_genicam(const Camera& camera, const std::string& device,
                                                     const Twin& twin, const RigFlags& flags) {
   capture::GenicamCameraOptions options;
@@ -178,18 +191,24 @@ std::unique_ptr<capture::CameraDevice> open_genicam(const Camera& camera, const 
   options.controls = controls_of(camera, twin, flags);
   if (flags.trigger == "off") options.trigger = capture::GenicamTrigger::off;
   options.buffers = flags.buffers;
+  if (!flags.trigger_line().empty()) {
+    options.trigger = capture::GenicamTrigger::line;
+    options.trigger_line = flags.trigger;
+    options.buffers = std::max(options.buffers, buffers_for_run(twin.fringes));
+  }
   std::map<std::string, std::string> provenance;
   auto opened = capture::open_genicam(device, &provenance);
   auto made = std::make_unique<capture::GenicamCamera>(options, std::move(opened), provenance);
   const capture::CameraInfo info = made->info();
   warn_of_raw_mosaic(camera, device, info);
-  if (!info.triggered && flags.trigger != "off")
+  if (!info.triggered && info.pulse_line.empty() && flags.trigger != "off")
     say(fmt::format("{}: has no software trigger, frames come by themselves", device));
   return made;
 }
 
 OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
-  if (flags.display.empty())
+  const bool pulsed = !flags.trigger_line().empty();
+  if (flags.display.empty() && !pulsed)
     throw UserError(ExitCode::usage, "capture", "no display given",
                     "add --display kms, --display window:1 (a second screen) or --display v4l2:DEVICE");
   check_camera_names(twin, flags);
@@ -206,6 +225,7 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
                      {"rate", flags.rate_hz ? fmt::format("{}", *flags.rate_hz) : ""},
                      {"control", fmt::format("{}", fmt::join(flags.controls, " "))}};
   if (!flags.trigger.empty()) opened.identity["trigger"] = flags.trigger;
+  if (pulsed) return opened;
   const Lens& projector = twin.projector->lens;
   opened.display = capture::open_display(flags.display, projector.width(), projector.height());
   if (!opened.display->info().timed)
@@ -222,10 +242,11 @@ void add_device_flags(CLI::App& sub, RigFlags& flags) {
       ->default_str(
           "the deepest of the twin's mosaic, or monochrome; of GenICam cameras that of the twin's depth "
           "first");
-  sub.add_option("--trigger", flags.trigger,
-                 "GenICam cameras: software, each frame is asked for; off, frames come by themselves")
+  sub.add_option(
+         "--trigger", flags.trigger,
+         "GenICam cameras: software, each frame is asked for; off, frames come by themselves; or a line "
+         "of the camera, e.g. Line0, whose pulses a projector that runs by itself sends")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"software", "off"}))
       ->default_str("software");
   sub.add_option("--rate", flags.rate_hz, "Frames per second")
       ->type_name("HZ")

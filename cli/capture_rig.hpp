@@ -23,7 +23,7 @@ struct RigFlags {
   std::vector<std::string> cameras;  ///< "[NAME=]DEVICE", or one "twin:TWIN.toml" for all
   std::string display;  ///< "kms…", "window…", "v4l2:DEVICE", several with '+'; none with twin:
   std::string format;   ///< "" = chosen among those offered
-  std::string trigger;  ///< of GenICam cameras: "software", "off"
+  std::string trigger;  ///< of GenICam cameras: "software", "off", or a line, "Line0"
   std::optional<double> rate_hz;
   std::optional<std::int64_t> gain;
   std::vector<std::string> controls;  ///< "[NAME:]KEY=VALUE"
@@ -31,14 +31,17 @@ struct RigFlags {
   unsigned buffers = 8;
   cosim::RenderRequest render;  ///< with twin:
   double simulated_latency_ms = 20.0;
+
+  /// Returns the line whose pulses begin the frames; "" for none.
+  std::string trigger_line() const { return trigger == "software" || trigger == "off" ? "" : trigger; }
 };
 
 /// Adds --camera, --display and what belongs to them.
 void add_rig_flags(CLI::App& sub, RigFlags& flags);
 
 struct OpenedRig {
-  capture::Rig cameras;  ///< order of the twin's cameras
-  std::unique_ptr<capture::PatternDisplay> display;
+  capture::Rig cameras;                              ///< order of the twin's cameras
+  std::unique_ptr<capture::PatternDisplay> display;  ///< none with a trigger line
   /// Options that a recording must be resumed with.
   std::map<std::string, std::string> identity = {};
 };

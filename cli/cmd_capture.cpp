@@ -12,6 +12,8 @@
 #include "capture/genicam/genicam_list.hpp"
 #include "capture/open_display.hpp"
 #include "capture/record/journal.hpp"
+#include "capture/record/pattern_files.hpp"
+#include "capture/record/pulse_session.hpp"
 #include "capture/record/session.hpp"
 #include "capture/record/verify_set.hpp"
 #include "capture/v4l2/v4l2_list.hpp"
@@ -29,6 +31,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// For a projector that runs by itself.
+struct PulseFlags {
+  std::optional<double> wait_s, pause_ms;
+  std::string patterns;  ///< folder to write them to; "": none asked for
+
+  capture::PulseOptions options() const {
+    capture::PulseOptions options;
+    if (wait_s) options.wait = std::chrono::milliseconds(std::llround(1000.0 * *wait_s));
+    if (pause_ms) options.pause = std::chrono::milliseconds(std::llround(*pause_ms));
+    return options;
+  }
+};
+
 struct CaptureCommand {
   std::string twin, out;
   std::string verify;
@@ -41,6 +56,7 @@ struct CaptureCommand {
   std::optional<int> settle_frames;
   capture::CapturePlan plan;
   RigFlags rig;
+  PulseFlags pulses;
   capture::Existing existing() const {
     return overwrite ? capture::Existing::overwrite
            : resume  ? capture::Existing::resume
@@ -102,6 +118,45 @@ void prepare(CaptureCommand& o, const OpenedRig& rig, bool unfinished) {
   o.plan.settle_frames = latency.settle_frames;
 }
 
+/// Throws UserError(usage) for options that a projector which runs by itself makes no sense with, and for its
+/// own without one.
+void check_pulses(const CaptureCommand& o) {
+  const std::string line = o.rig.trigger_line();
+  if (line.empty()) {
+    for (const auto& [option, given] :
+         {std::pair{"--wait-s", o.pulses.wait_s}, std::pair{"--pause-ms", o.pulses.pause_ms}})
+      if (given)
+        throw UserError(ExitCode::usage, option, "is for a projector that runs by itself",
+                        "add --trigger LINE, or leave it out");
+    return;
+  }
+  const auto exclude = [&line](bool given, const char* option, const char* instead) {
+    if (given)
+      throw UserError(ExitCode::usage, option, fmt::format("and --trigger {} exclude each other", line),
+                      instead);
+  };
+  exclude(!o.rig.display.empty(), "--display",
+          "the projector shows the sequence by itself, load it with the pictures of --patterns");
+  exclude(o.auto_exposure, "--auto-exposure", "it needs a display that shows white: set --exposure-ms");
+  exclude(o.calibrate_latency, "--calibrate-latency", "the pulses say when a pattern is on");
+  exclude(o.preview, "--preview", "it needs a display that shows one pattern at a time");
+  exclude(o.settle_frames.has_value(), "--settle", "each pulse has one frame, and none is left out");
+  capture::check_pulse_plan(o.plan, line);
+}
+
+int run_patterns(const CaptureCommand& o) {
+  if (!o.out.empty() || !o.rig.cameras.empty() || !o.rig.display.empty())
+    throw UserError(ExitCode::usage, "--patterns", "opens no device and records nothing",
+                    "leave --out, --camera and --display out");
+  check_out_folder(o.pulses.patterns);
+  const Twin twin = load_projected_twin(o.twin);
+  const std::size_t n = capture::write_pattern_files(twin, o.pulses.patterns, o.overwrite);
+  const Lens& projector = twin.projector->lens;
+  say(fmt::format("{} pictures of {} x {} px: {}", n, projector.width(), projector.height(),
+                  o.pulses.patterns));
+  return static_cast<int>(ExitCode::ok);
+}
+
 /// A line per camera and look, until Ctrl-C (or Esc in a window): that is its ordinary end.
 int run_preview(const CaptureCommand& o) {
   const Twin twin = load_projected_twin(o.twin);
@@ -140,9 +195,13 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
     return static_cast<int>(ExitCode::ok);
   }
   const OpenedRig rig = open_rig(twin, o.rig);
-  check_rig(twin, rig.cameras, *rig.display, o.plan);
-  choose_settling(o, rig);
-  prepare(o, rig, found == capture::Found::unfinished);
+  if (rig.display) {
+    check_rig(twin, rig.cameras, *rig.display, o.plan);
+    choose_settling(o, rig);
+    prepare(o, rig, found == capture::Found::unfinished);
+  } else {
+    check_cameras(twin, rig.cameras, o.plan);
+  }
   std::map<std::string, std::string> identity = recording_identity(twin, rig.cameras, o.plan);
   identity.insert(rig.identity.begin(), rig.identity.end());
   // Only now: devices that do not fit leave an older recording as it is.
@@ -151,7 +210,9 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
       {"program", "fringetwin " + version_string()},
       {"command", fmt::format("{}", fmt::join(invocation.argv, " "))},
       {"twin", twin.name}};
-  print_summary(o, record_session(twin, rig.cameras, *rig.display, o.plan, recording, provenance));
+  print_summary(o, rig.display
+                       ? record_session(twin, rig.cameras, *rig.display, o.plan, recording, provenance)
+                       : record_pulses(twin, rig.cameras, o.plan, o.pulses.options(), recording, provenance));
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -177,6 +238,8 @@ int run_capture(CaptureCommand o, const Invocation& invocation) {
   if (o.settle_frames) o.plan.settle_frames = *o.settle_frames;
   if (o.list) return run_list();
   if (!o.verify.empty()) return run_verify(o);
+  if (!o.pulses.patterns.empty()) return run_patterns(o);
+  check_pulses(o);
   if (o.preview) return run_preview(o);
   return run_record(o, invocation);
 }
@@ -255,6 +318,22 @@ void add_timing_options(CLI::App& sub, CaptureCommand& o) {
       ->capture_default_str();
 }
 
+void add_pulse_flags(CLI::App& sub, PulseFlags& flags) {
+  begin_group(sub, "A projector that runs by itself (--trigger LINE)");
+  sub.add_option(
+         "--patterns", flags.patterns,
+         "Write the pictures that it is loaded with, 000.png ..., and what they are; nothing is recorded")
+      ->type_name("DIR");
+  sub.add_option("--wait-s", flags.wait_s, "For the first pulse of a run")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 86'400.0))
+      ->default_str("60");
+  sub.add_option("--pause-ms", flags.pause_ms, "Without a pulse, after which a run has ended")
+      ->type_name("MS")
+      ->check(CLI::Range(50.0, 60'000.0))
+      ->default_str("500");
+}
+
 }  // namespace
 
 void add_capture(CLI::App& app, Invocation& invocation) {
@@ -272,6 +351,7 @@ void add_capture(CLI::App& app, Invocation& invocation) {
   add_exposure_options(*sub, *o);
   add_timing_options(*sub, *o);
   add_rig_flags(*sub, o->rig);
+  add_pulse_flags(*sub, o->pulses);
   run_when_chosen(*sub, invocation, o, run_capture);
 }
 

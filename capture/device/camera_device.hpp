@@ -41,6 +41,7 @@ struct Frame {
   TimeNs timestamp_ns = 0;     ///< the driver's, start or end of the exposure (CameraInfo)
   std::uint32_t flags = 0;     ///< V4L2_BUF_FLAG_..., or Aravis' buffer status
   FrameFault fault = FrameFault::none;
+  TimeNs camera_ns = 0;  ///< on the camera's own clock; 0: it gives none
 };
 
 /// The order of one camera's frames by the driver's own count and time stamps.
@@ -83,6 +84,7 @@ struct CameraInfo {
   bool timestamp_at_exposure_start = false;
   bool triggered = false;  ///< an exposure begins when trigger() or next_frame() asks for it, not before
   std::map<std::string, std::string> provenance;  ///< driver, card, bus, format, rate, each control's value
+  std::string pulse_line = {};                    ///< whose pulses begin the exposures, "Line0"; "": none
 };
 
 /// Returns when the frame's exposure began, as far as the camera's time stamps tell.

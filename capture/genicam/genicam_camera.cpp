@@ -2,10 +2,12 @@
 #include "capture/genicam/genicam_camera.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
 #include "capture/genicam/genicam_region.hpp"
+#include "twin/base/paths.hpp"
 
 namespace fringetwin::capture {
 namespace {
@@ -41,6 +43,9 @@ const std::vector<std::string> kRecordedFeatures = {"PixelFormat",
                                                     "AcquisitionFrameRate",
                                                     "TriggerMode",
                                                     "TriggerSource",
+                                                    "TriggerActivation",
+                                                    "TriggerDelay",
+                                                    "TriggerDelayAbs",
                                                     "DeviceTemperature",
                                                     "DeviceFirmwareVersion",
                                                     "DeviceVersion"};
@@ -118,6 +123,7 @@ void GenicamCamera::set_up_trigger() {
   }
   if (selector.choices.empty()) settings_.set_where_there("TriggerMode", "Off");
   if (selector.has_choice("FrameStart")) settings_.set("TriggerSelector", "FrameStart");
+  if (options_.trigger == GenicamTrigger::line) return set_up_line();
   triggered_ = options_.trigger == GenicamTrigger::software &&
                settings_.feature("TriggerSource").has_choice("Software") &&
                settings_.feature("TriggerSoftware").there();
@@ -129,6 +135,39 @@ void GenicamCamera::set_up_trigger() {
     settings_.set("TriggerMode", "On");
     return;
   }
+  set_up_rate();
+}
+
+// Cameras with several kinds of triggers have one that begins a frame; what was set is read back, TriggerMode
+// last: nothing triggers by the line that was set before.
+void GenicamCamera::set_up_line() {
+  const GenicamFeature selector = settings_.feature("TriggerSelector");
+  if (selector.there() && !selector.has_choice("FrameStart"))
+    throw settings_.refusal("has no trigger that begins a frame (TriggerSelector FrameStart)",
+                            fmt::format("it has {}", range_text(selector)));
+  const GenicamFeature source = settings_.feature("TriggerSource");
+  std::string own;
+  std::vector<std::string> lines;
+  for (const std::string& choice : source.choices) {
+    if (choice == "Software") continue;
+    lines.push_back(choice);
+    if (lower_case(choice) == lower_case(options_.trigger_line)) own = choice;
+  }
+  if (lines.empty() || !settings_.feature("TriggerMode").has_choice("On"))
+    throw settings_.refusal("has no line that triggers it", "leave --trigger out");
+  if (own.empty())
+    throw settings_.refusal(fmt::format("has no trigger line '{}'", options_.trigger_line),
+                            fmt::format("it has {}", fmt::join(lines, ", ")));
+  if (options_.rate_hz)
+    throw settings_.refusal("takes a frame for each pulse, so that no rate can be set", "leave the rate out");
+  settings_.set_where_there("AcquisitionFrameRateEnable", "false");
+  settings_.set("TriggerSource", own);
+  settings_.set("TriggerMode", "On");
+  settings_.verify("TriggerSource", own);
+  pulse_line_ = own;
+}
+
+void GenicamCamera::set_up_rate() {
   settings_.set_where_there("AcquisitionFrameRateEnable", options_.rate_hz ? "true" : "false");
   const std::string rate = settings_.first_of({"AcquisitionFrameRate", "AcquisitionFrameRateAbs"});
   if (options_.rate_hz) {
@@ -241,7 +280,9 @@ Frame GenicamCamera::next_frame(std::chrono::milliseconds timeout, Pixels pixels
 }
 
 Frame GenicamCamera::to_frame(const GenicamBuffer& buffer, Pixels pixels) {
-  Frame frame{.timestamp_ns = buffer.came_ns, .flags = static_cast<std::uint32_t>(buffer.status)};
+  Frame frame{.timestamp_ns = buffer.came_ns,
+              .flags = static_cast<std::uint32_t>(buffer.status),
+              .camera_ns = buffer.camera_ns};
   frame.fault = fault_of(buffer.state);
   // Damaged, it may have the id and the times of another.
   bool trusted = frame.fault == FrameFault::none;
@@ -293,9 +334,11 @@ CameraInfo GenicamCamera::info() const {
                   .period_ms = period_ms_,
                   .timestamp_at_exposure_start = triggered_,
                   .triggered = triggered_,
-                  .provenance = provenance_};
-  info.provenance["trigger"] =
-      triggered_ ? "software, one for each frame" : "none, frames come by themselves";
+                  .provenance = provenance_,
+                  .pulse_line = pulse_line_};
+  info.provenance["trigger"] = triggered_            ? "software, one for each frame"
+                               : pulse_line_.empty() ? "none, frames come by themselves"
+                                                     : pulse_line_ + ", a pulse for each frame";
   info.provenance["time_stamps"] = triggered_ ? "taken by this program as it triggers"
                                               : "taken by this program as a frame's first packet comes";
   info.provenance["underruns"] = std::to_string(counts_.underruns);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A GenICam camera (USB3 Vision, GigE Vision) as the recording sees it: set up once, then a frame for each
-// software trigger, or frames as they come.
+// software trigger or for each pulse on a line, or frames as they come.
 #pragma once
 #include "capture/device/pfnc_format.hpp"
 #include "capture/genicam/frame_count.hpp"
@@ -31,6 +31,8 @@ class GenicamCamera final : public CameraDevice {
  private:
   void set_up();
   void set_up_trigger();
+  void set_up_line();
+  void set_up_rate();
   Frame to_frame(const GenicamBuffer& buffer, Pixels pixels);
   UnpackedFrame unpack(const GenicamBuffer& buffer, Pixels pixels) const;
   std::optional<GenicamBuffer> await_buffer(std::chrono::milliseconds timeout);
@@ -43,7 +45,8 @@ class GenicamCamera final : public CameraDevice {
   PfncLayout layout_;
   std::string exposure_feature_;  ///< "": none
   std::optional<double> exposure_ms_, period_ms_;
-  bool triggered_ = false;
+  bool triggered_ = false;  ///< by this program
+  std::string pulse_line_;  ///< that triggers it otherwise; "": none
   std::map<std::string, std::string> provenance_;
   std::vector<std::string> recorded_;  ///< features whose values are kept
 

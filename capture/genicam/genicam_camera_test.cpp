@@ -131,6 +131,40 @@ TEST(GenicamCamera, AFeatureThatIsNotThereIsAnsweredWithWhatIs) {
   refused("Zzzzzzzz", "none of its 9 features has a name like it");
 }
 
+TEST(GenicamCamera, ATriggerLineIsReadBack) {
+  Bench bench;
+  bench.options.trigger = GenicamTrigger::line;
+  bench.options.trigger_line = "Line0";
+  EXPECT_EQ(bench.camera()->info().pulse_line, "Line0");
+  EXPECT_EQ(bench.state.features["TriggerMode"].value, "On");
+  EXPECT_EQ(bench.state.features["TriggerSource"].value, "Line0");
+  bench.state.stuck["TriggerMode"] = "Off";
+  bench.expect_refused("feature 'TriggerMode' was asked for On but has Off");
+  bench.state.stuck = {{"TriggerSource", "Software"}};
+  bench.expect_refused("feature 'TriggerSource' was asked for Line0 but has Software");
+  bench.state.stuck.clear();
+  bench.state.features["TriggerSource"].choices = {"Software"};
+  bench.expect_refused("has no line that triggers it; leave --trigger out");
+  bench.state.features["TriggerSource"].choices = {"Line0"};
+  bench.state.features["TriggerSelector"] =
+      FakeGenicamState::choice("AcquisitionStart", {"AcquisitionStart"});
+  bench.expect_refused(
+      "has no trigger that begins a frame (TriggerSelector FrameStart); it has AcquisitionSta");
+}
+
+TEST(GenicamCamera, AFrameOfALineHasTheCamerasTime) {
+  Bench bench;
+  bench.options.trigger = GenicamTrigger::line;
+  bench.options.trigger_line = "Line0";
+  const auto camera = bench.started();
+  bench.state.send(1, {1, 2, 3, 4, 5, 6, 7, 8});
+  bench.state.frames.back()->head.camera_ns = 77;
+  const Frame frame = camera->next_frame(1s, Pixels::keep);
+  EXPECT_EQ(frame.camera_ns, 77);
+  EXPECT_EQ(frame.timestamp_ns, 1'000'000);
+  EXPECT_EQ(std::ranges::count(bench.state.executed, "TriggerSoftware"), 0);
+}
+
 TEST(GenicamCamera, AStreamThatDoesNotBeginIsToldAndEnded) {
   Bench bench;
   const auto camera = bench.camera();

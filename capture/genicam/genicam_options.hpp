@@ -14,6 +14,7 @@ inline constexpr const char* kGenicamPrefix = "genicam:";
 enum class GenicamTrigger {
   software,  ///< the program asks for each frame; without the feature: off
   off,       ///< frames come by themselves
+  line,      ///< a pulse on a line begins each
 };
 
 struct GenicamCameraOptions {
@@ -28,6 +29,7 @@ struct GenicamCameraOptions {
   std::vector<std::pair<std::string, std::string>> controls;  ///< features by name, in that order
   GenicamTrigger trigger = GenicamTrigger::software;
   unsigned buffers = 8;
+  std::string trigger_line = {};  ///< with GenicamTrigger::line: as the camera names it, "Line0"
 };
 
 }  // namespace fringetwin::capture

@@ -194,6 +194,56 @@ TEST(GigeCamera, AnotherProgramsCameraIsRefused) {
   EXPECT_THAT(bench.refusal(), HasSubstr("is held by another program"));
 }
 
+TEST(GigeCamera, APulseOnTheLineIsAFrame) {
+  Bench bench;
+  bench.options.trigger = GenicamTrigger::line;
+  bench.options.trigger_line = "line0";
+  const auto camera = bench.started();
+  const CameraInfo info = camera->info();
+  EXPECT_EQ(info.pulse_line, "Line0");
+  EXPECT_FALSE(info.triggered);
+  EXPECT_EQ(info.provenance.at("control.TriggerMode"), "On");
+  EXPECT_EQ(info.provenance.at("control.TriggerSource"), "Line0");
+  EXPECT_EQ(info.provenance.at("trigger"), "Line0, a pulse for each frame");
+  const auto no_frame = [&] {
+    try {
+      camera->next_frame(20ms, Pixels::keep);
+      ADD_FAILURE() << "a frame without a pulse";
+    } catch (const DeviceFault& fault) {
+      EXPECT_EQ(fault.kind(), DeviceFault::Kind::timeout) << fault.what();
+    }
+  };
+  no_frame();
+  std::optional<std::uint32_t> last;
+  for (int i = 0; i < 10; ++i) {
+    const TimeNs stamp_ns = 1'000'000'000 + i * 20'000'000;
+    ASSERT_TRUE(bench.fake.pulse(stamp_ns));
+    const Frame frame = camera->next_frame(1s, Pixels::keep);
+    EXPECT_EQ(frame.camera_ns, stamp_ns);
+    EXPECT_EQ(frame.fault, FrameFault::none);
+    EXPECT_EQ(frame.dn.data, bench.sent(frame).data);
+    if (last) {
+      EXPECT_EQ(frame.sequence, *last + 1);  // looking in vain began no new stream
+    }
+    last = frame.sequence;
+    no_frame();
+  }
+  camera->stop();
+  EXPECT_FALSE(bench.fake.pulse(1));
+}
+
+TEST(GigeCamera, ALineThatItLacksIsAnsweredWithThoseItHas) {
+  Bench bench;
+  bench.options.trigger = GenicamTrigger::line;
+  for (const char* line : {"Line7", "Lin0", "Software"}) {
+    bench.options.trigger_line = line;
+    EXPECT_THAT(bench.refusal(), HasSubstr("has no trigger line '" + std::string(line) + "'; it has Line0"));
+  }
+  bench.options.trigger_line = "Line0";
+  bench.options.rate_hz = 10.0;
+  EXPECT_THAT(bench.refusal(), HasSubstr("takes a frame for each pulse, so that no rate can be set"));
+}
+
 TEST(GigeCamera, SettingsAreReadBackAndRecorded) {
   Bench bench;
   bench.options.controls.push_back({"gainraw", "7"});

@@ -34,15 +34,6 @@ std::optional<double> slowest_period_ms(const Rig& rig) {
   return slowest;
 }
 
-/// Sets and file names carry the exposure: a control's step must not change it unsaid.
-void set_exposure_exactly(CameraDevice& device, double exposure_ms) {
-  const double got_ms = device.set_exposure_ms(exposure_ms);
-  if (std::abs(got_ms - exposure_ms) > kExposureTolerance * exposure_ms)
-    throw UserError(ExitCode::device, device.info().device,
-                    fmt::format("cannot be exposed for {} ms, the nearest is {} ms", exposure_ms, got_ms),
-                    fmt::format("ask for --exposure-ms {}", got_ms));
-}
-
 class Session {
  public:
   Session(const Twin& twin, const Rig& rig, PatternDisplay& display, const CapturePlan& plan,
@@ -184,9 +175,19 @@ class Session {
   std::optional<double> exposure_ms_;
 };
 
-std::map<std::string, std::string> all_provenance(const Rig& rig, const PatternDisplay& display,
-                                                  const CapturePlan& plan, const Recording& recording,
-                                                  std::map<std::string, std::string> provenance) {
+}  // namespace
+
+void set_exposure_exactly(CameraDevice& device, double exposure_ms) {
+  const double got_ms = device.set_exposure_ms(exposure_ms);
+  if (std::abs(got_ms - exposure_ms) > kExposureTolerance * exposure_ms)
+    throw UserError(ExitCode::device, device.info().device,
+                    fmt::format("cannot be exposed for {} ms, the nearest is {} ms", exposure_ms, got_ms),
+                    fmt::format("ask for --exposure-ms {}", got_ms));
+}
+
+std::map<std::string, std::string> recording_provenance(const Rig& rig, const DisplayInfo& projector,
+                                                        const CapturePlan& plan, const Recording& recording,
+                                                        std::map<std::string, std::string> provenance) {
   for (const RigCamera& camera : rig) {
     const CameraInfo info = camera.device->info();
     provenance["device " + camera.name] = info.device;
@@ -194,10 +195,9 @@ std::map<std::string, std::string> all_provenance(const Rig& rig, const PatternD
     if (const auto exposure_ms = camera.device->exposure_ms(); exposure_ms && !plan.brackets())
       provenance["exposure_ms " + camera.name] = fmt::format("{}", *exposure_ms);
   }
-  const DisplayInfo screen = display.info();
-  provenance["device projector"] = screen.device;
-  provenance["projector timing"] = screen.timed ? "page flips" : "not guaranteed";
-  for (const auto& [key, value] : screen.provenance) provenance[key + " projector"] = value;
+  provenance["device projector"] = projector.device;
+  provenance["projector timing"] = projector.timed ? "page flips" : "not guaranteed";
+  for (const auto& [key, value] : projector.provenance) provenance[key + " projector"] = value;
   std::uint32_t lost = 0;
   int repeated = 0, corrupt = 0;
   double skew_ms = 0.0;
@@ -217,9 +217,7 @@ std::map<std::string, std::string> all_provenance(const Rig& rig, const PatternD
   return provenance;
 }
 
-}  // namespace
-
-void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, const CapturePlan& plan) {
+void check_cameras(const Twin& twin, const Rig& rig, const CapturePlan& plan) {
   FT_CHECK(rig.size() == twin.cameras.size(), "a device for each camera of the twin");
   for (std::size_t c = 0; c < rig.size(); ++c) {
     const CameraInfo info = rig[c].device->info();
@@ -231,6 +229,10 @@ void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, 
                       "check imagersize");
     check_depths(rig[c].name, info.bit_depth, rig[c].stored_bits, plan.average > 1 || plan.brackets());
   }
+}
+
+void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, const CapturePlan& plan) {
+  check_cameras(twin, rig, plan);
   const DisplayInfo screen = display.info();
   const Lens& projector = twin.projector->lens;
   if (screen.width != projector.width() || screen.height != projector.height())
@@ -268,7 +270,7 @@ SessionSummary record_session(const Twin& twin, const Rig& rig, PatternDisplay& 
                               const CapturePlan& plan, Recording& recording,
                               const std::map<std::string, std::string>& provenance) {
   SessionSummary summary = Session(twin, rig, display, plan, recording).run();
-  recording.finish(all_provenance(rig, display, plan, recording, provenance));
+  recording.finish(recording_provenance(rig, display.info(), plan, recording, provenance));
   return summary;
 }
 

@@ -25,12 +25,24 @@ struct SessionSummary {
 /// Throws UserError(device|usage) when a camera or the display does not fit the twin: sizes, bit depths.
 void check_rig(const Twin& twin, const Rig& rig, const PatternDisplay& display, const CapturePlan& plan);
 
+/// The same of the cameras alone, for a projector that is no display of ours.
+void check_cameras(const Twin& twin, const Rig& rig, const CapturePlan& plan);
+
+/// Sets and file names carry the exposure: throws UserError(device) when a control's step would change it
+/// unsaid.
+void set_exposure_exactly(CameraDevice& device, double exposure_ms);
+
 /// plan_identity() and the exposures that the cameras have, where the plan names none: frames of another
 /// exposure do not belong into the set.
 std::map<std::string, std::string> recording_identity(const Twin& twin, const Rig& rig,
                                                       const CapturePlan& plan);
 /// Gives the cameras the exposures that an unfinished recording was begun with; false when it names none.
 bool restore_exposures(const std::map<std::string, std::string>& identity, const Rig& rig);
+
+/// Returns `provenance` with what the devices report and with the counts of a recording, for capture.toml.
+std::map<std::string, std::string> recording_provenance(const Rig& rig, const DisplayInfo& projector,
+                                                        const CapturePlan& plan, const Recording& recording,
+                                                        std::map<std::string, std::string> provenance);
 
 /// Records the steps that `recording` does not have yet and finishes it. `provenance` goes into capture.toml
 /// beside what the devices report.

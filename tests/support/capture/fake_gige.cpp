@@ -3,8 +3,10 @@
 
 #include <arv.h>
 
+#include <atomic>
 #include <mutex>
 #include <random>
+#include <thread>
 
 #include "capture/device/pfnc_format.hpp"
 #include "tests/support/twin/child_process.hpp"
@@ -13,6 +15,9 @@ namespace fringetwin::testing {
 namespace {
 
 using namespace fringetwin::capture;
+
+/// Trigger sources in its description.
+constexpr std::uint32_t kLine0 = 0, kSoftware = 1;
 
 ImageU16 noise(const GigeFrame& frame) {
   std::mt19937 random(static_cast<unsigned>(frame.block_id));
@@ -52,6 +57,8 @@ struct FakeGige::World {
   mutable std::mutex mutex;
   Picture picture = noise;
   std::map<std::uint64_t, ImageU16> sent;
+  TimeNs stamp_ns = 0;  ///< of the next frame; 0: the time of day
+  std::atomic<unsigned> n_made = 0;
 
   ArvFakeCamera* inner() const { return arv_gv_fake_camera_get_fake_camera(camera); }
   std::uint32_t read(std::uint32_t address) const {
@@ -77,6 +84,8 @@ struct FakeGige::World {
     ImageU16 dn = picture(frame);
     pack_pfnc(dn, layout, {static_cast<std::byte*>(const_cast<void*>(bytes)), size});
     sent[frame.block_id] = std::move(dn);
+    if (stamp_ns != 0) arv_buffer_set_timestamp(buffer, static_cast<guint64>(stamp_ns));
+    ++n_made;
   }
   void start() {
     camera = arv_gv_fake_camera_new_full(address.c_str(), serial.c_str(), xml.c_str());
@@ -116,6 +125,31 @@ void FakeGige::show(Picture picture) {
 void FakeGige::set_period_us(unsigned period_us) {
   world_->period_us = period_us;
   world_->set_period();
+}
+bool FakeGige::awaits_pulse() const {
+  return world_->read(ARV_FAKE_CAMERA_REGISTER_ACQUISITION) != 0 &&
+         world_->read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_MODE) == 1 &&
+         world_->read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE) == kLine0;
+}
+// Aravis' camera knows no pulses but those of its software trigger: it has that source for as long as one
+// frame takes.
+bool FakeGige::pulse(TimeNs camera_ns) {
+  if (!awaits_pulse()) return false;
+  {
+    const std::lock_guard lock(world_->mutex);
+    world_->stamp_ns = camera_ns;
+  }
+  const unsigned before = world_->n_made;
+  const auto write = [this](std::uint32_t address, std::uint32_t value) {
+    arv_fake_camera_write_register(world_->inner(), address, value);
+  };
+  write(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, kSoftware);
+  write(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  while (world_->n_made == before && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  write(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, kLine0);
+  return world_->n_made != before;
 }
 void FakeGige::kill() { world_->end(); }
 void FakeGige::revive() { world_->start(); }

@@ -36,6 +36,11 @@ class FakeGige {
   void show(Picture picture);
   /// Sends the next frames with so long between two.
   void set_period_us(unsigned period_us);
+  /// Returns whether the camera acquires and waits for pulses on Line0.
+  bool awaits_pulse() const;
+  /// Sends one, of which the camera makes a frame with this time of its clock; returns false when it makes
+  /// none.
+  bool pulse(capture::TimeNs camera_ns);
   /// Switches the camera off, without a word.
   void kill();
   /// Switches it on again, with nothing set.
