@@ -270,6 +270,10 @@ void add_device_flags(CLI::App& sub, RigFlags& flags) {
 
 }  // namespace
 
+bool RigFlags::simulated() const {
+  return std::ranges::any_of(cameras, [](const std::string& c) { return c.starts_with(kTwinPrefix); });
+}
+
 void add_rig_flags(CLI::App& sub, RigFlags& flags) {
   begin_group(sub, "Rig");
   sub.add_option(

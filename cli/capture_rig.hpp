@@ -32,6 +32,8 @@ struct RigFlags {
   cosim::RenderRequest render;  ///< with twin:
   double simulated_latency_ms = 20.0;
 
+  /// Returns whether a twin's renderer stands in for the devices.
+  bool simulated() const;
   /// Returns the line whose pulses begin the frames; "" for none.
   std::string trigger_line() const { return trigger == "software" || trigger == "off" ? "" : trigger; }
 };

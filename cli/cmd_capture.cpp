@@ -15,6 +15,7 @@
 #include "capture/record/pattern_files.hpp"
 #include "capture/record/pulse_session.hpp"
 #include "capture/record/session.hpp"
+#include "capture/record/timing.hpp"
 #include "capture/record/verify_set.hpp"
 #include "capture/v4l2/v4l2_list.hpp"
 #include "cli/capture_rig.hpp"
@@ -173,6 +174,13 @@ int run_preview(const CaptureCommand& o) {
   return static_cast<int>(ExitCode::ok);
 }
 
+/// Says what the recording will take, and warns of exposures that hold no whole frames of the projector.
+void tell_timing(const CaptureCommand& o, const OpenedRig& rig, const Twin& twin) {
+  const capture::RigTiming timing = rig_timing(rig.cameras, rig.display->info(), o.exposure_unit_ms);
+  say(plan_text(timing, make_steps(twin.fringes, o.plan), o.plan));
+  for (const std::string& sentence : flicker_warnings(timing, o.plan.exposures_ms)) warn(sentence);
+}
+
 int run_record(CaptureCommand& o, const Invocation& invocation) {
   if (o.out.empty() && (o.calibrate_latency || o.auto_exposure)) {
     const Twin twin = load_projected_twin(o.twin);
@@ -199,6 +207,7 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
     check_rig(twin, rig.cameras, *rig.display, o.plan);
     choose_settling(o, rig);
     prepare(o, rig, found == capture::Found::unfinished);
+    if (!o.rig.simulated()) tell_timing(o, rig, twin);
   } else {
     check_cameras(twin, rig.cameras, o.plan);
   }
@@ -291,10 +300,13 @@ void add_exposure_options(CLI::App& sub, CaptureCommand& o) {
       ->type_name("SHARE")
       ->check(CLI::Range(0.0, 0.5))
       ->capture_default_str();
-  sub.add_option("--exposure-unit-ms", o.exposure_unit_ms,
-                 "--auto-exposure takes multiples of it: the projector's frame time, against flicker")
+  sub.add_option(
+         "--exposure-unit-ms", o.exposure_unit_ms,
+         "The projector's frame time: --auto-exposure takes multiples of it, against flicker, and other "
+         "exposures are warned of")
       ->type_name("MS")
-      ->default_str("none");
+      ->check(CLI::Range(0.1, 1000.0))
+      ->default_str("as the display says; for --auto-exposure none");
 }
 
 void add_timing_options(CLI::App& sub, CaptureCommand& o) {

@@ -11,7 +11,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -26,6 +28,7 @@ namespace {
 
 using namespace fringetwin::capture;
 using nlohmann::json;
+using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
@@ -95,6 +98,28 @@ class Rehearsal {
     return run_fringetwin(args);
   }
 
+  /// Records what a projector that runs by itself shows, two runs of which the first lacks a pulse.
+  RunResult capture_pulses(const std::string& twin_name, const std::string& out) {
+    const std::vector<std::string> args = {
+        "capture",        twin(twin_name), "--camera", "left=genicam:T01",   "--control",
+        "left:OffsetX=0", "--format",      "Mono12p",  "--trigger",          "Line0",
+        "--pause-ms",     "300",           "--out",    (dir_ / out).string()};
+    auto program = std::async(std::launch::async, [args] { return run_fringetwin(args); });
+    const auto ended = [&](std::chrono::milliseconds wait) {
+      return program.wait_for(wait) == std::future_status::ready;
+    };
+    while (!fake.awaits_pulse() && !ended(5ms)) {
+    }
+    for (const std::size_t missing : {std::size_t{7}, light_.size()}) {
+      if (ended(1s)) break;
+      for (std::size_t k = 0; k < light_.size(); ++k) {
+        pulse_image_ = static_cast<int>(k);
+        if (k != missing) EXPECT_TRUE(fake.pulse(1'000'000'000 + 25'000'000 * static_cast<TimeNs>(k)));
+      }
+    }
+    return program.get();
+  }
+
   /// Compares images with a twin and expects the truth.
   void expect_truth(const std::string& twin_name, const std::string& captures, double gain_dn) const {
     SCOPED_TRACE(twin_name + " on " + captures);
@@ -149,7 +174,7 @@ class Rehearsal {
   ImageU16 seen(const GigeFrame& frame) {
     ImageU16 dn(frame.width, frame.height);
     if (frame.width != kWidth || frame.height != kHeight) return dn;
-    const int image = on_screen();
+    const int image = pulse_image_ >= 0 ? pulse_image_.load() : on_screen();
     std::normal_distribution<double> read(0.0, kReadNoiseDn);
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -169,8 +194,9 @@ class Rehearsal {
   fs::path dir_;
   std::string mosaic_;
   std::vector<Pattern> patterns_;
-  std::vector<ImageF> light_;    ///< on the whole sensor, of each pattern
-  std::vector<ImageU16> shown_;  ///< on the screen
+  std::vector<ImageF> light_;          ///< on the whole sensor, of each pattern
+  std::vector<ImageU16> shown_;        ///< on the screen
+  std::atomic<int> pulse_image_ = -1;  ///< that the projector shows by itself; -1: what the screen shows
   std::mt19937 random_{20261128};
 };
 
@@ -213,6 +239,15 @@ TEST(GenicamRehearsal, EachColourOfASensorIsExplained) {
                 HasSubstr("\"channel left\" = \"" + name + " of GRBG\""));
     rig.expect_truth(name, "alone_" + name, true_gain_dn(colour));
   }
+}
+
+TEST(GenicamRehearsal, AProjectorThatRunsByItselfIsExplained) {
+  FT_NEED_DEVICE();
+  Rehearsal rig("pulses");
+  const RunResult run = rig.capture_pulses("sensor", "real");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("pulse 8 of 12 is missing in camera \"left\""));
+  rig.expect_truth("sensor", "real", true_gain_dn(MosaicColour::green));
 }
 
 TEST(GenicamRehearsal, AnotherMosaicIsRefused) {

@@ -137,8 +137,10 @@ TEST(GenicamCapture, EveryImageIsThePatternShown) {
 TEST(GenicamCapture, FramesThatComeByThemselvesAreSettled) {
   Rig rig("free", 8);
   NEEDS_DISPLAY(rig);
-  const RunResult run = rig.capture({"--trigger", "off", "--settle", "3"});
+  const RunResult run = rig.capture({"--trigger", "off", "--settle", "3", "--exposure-unit-ms", "7"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr(fmt::format("{0} patterns, {0} frames of each camera: ", rig.n_patterns())));
+  EXPECT_THAT(run.err, HasSubstr("frames of the projector (7 ms)"));
   EXPECT_EQ(rig.recorded_and_wrong(), std::pair(rig.n_patterns(), 0));
 }
 
