@@ -44,7 +44,7 @@ TEST(MosaicChannel, PixelsOfEachColour) {
 
 TEST(MosaicChannel, FourColoursAreTheWholeSensor) {
   for (const std::string& mosaic : mosaic_names())
-    for (const Vector2i size : {Vector2i(8, 6), Vector2i(7, 5), Vector2i(2, 2), Vector2i(3, 2)}) {
+    for (const Vector2i& size : {Vector2i(8, 6), Vector2i(7, 5), Vector2i(2, 2), Vector2i(3, 2)}) {
       Image<int> sensor(size.x(), size.y());
       for (std::size_t i = 0; i < sensor.size(); ++i) sensor.data[i] = static_cast<int>(i);
       std::vector<int> seen;

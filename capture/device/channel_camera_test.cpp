@@ -19,7 +19,7 @@ using namespace fringetwin::capture;
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 
-constexpr Eigen::Vector2i kSensorPx{4, 2};
+const Eigen::Vector2i kSensorPx{4, 2};
 
 /// A driver of a colour sensor of 4 x 2 px, which offers monochrome values made up from it, too.
 std::shared_ptr<FakeV4l2> colour_driver() {
