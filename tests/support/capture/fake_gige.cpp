@@ -47,7 +47,7 @@ std::string description() {
 }  // namespace
 
 struct FakeGige::World {
-  std::string serial, address;
+  std::string serial, host;
   ScratchFolder folder;
   std::filesystem::path xml;
   ArvGvFakeCamera* camera = nullptr;
@@ -88,7 +88,7 @@ struct FakeGige::World {
     ++n_made;
   }
   void start() {
-    camera = arv_gv_fake_camera_new_full(address.c_str(), serial.c_str(), xml.c_str());
+    camera = arv_gv_fake_camera_new_full(host.c_str(), serial.c_str(), xml.c_str());
     arv_fake_camera_set_fill_pattern(inner(), fill, this);
     g_object_set(camera, "gvsp-lost-ratio", lost_share, nullptr);
     set_period();
@@ -105,7 +105,7 @@ struct FakeGige::World {
 
 FakeGige::FakeGige(std::string serial, std::string address) : world_(std::make_unique<World>()) {
   world_->serial = std::move(serial);
-  world_->address = std::move(address);
+  world_->host = std::move(address);
   world_->xml = world_->folder.write("camera.xml", description());
   world_->start();
 }
