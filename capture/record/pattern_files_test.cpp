@@ -65,8 +65,8 @@ TEST_F(PatternFiles, BitsWhiteAndBlackStandBehind) {
   expect_shown("007.png", even_field(1.0, "white"));
   expect_shown("008.png", even_field(0.0, "black"));
   EXPECT_THAT(read_file(dir() / kPatternTableName),
-              HasSubstr("\n4,004.png,gray bit,y,16,,1,y gray bit 1/2\n"
-                        "5,005.png,gray bit,y,16,,2,y gray bit 2/2\n"
+              HasSubstr("\n4,004.png,gray bit,y,16,,1,y gray bit 1/2 (most significant)\n"
+                        "5,005.png,gray bit,y,16,,2,y gray bit 2/2 (least significant)\n"
                         "6,006.png,complementary bit,y,16,,,y complementary bit\n"
                         "7,007.png,white,,,,,white\n8,008.png,black,,,,,black\n"));
 }

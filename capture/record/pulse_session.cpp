@@ -180,11 +180,11 @@ class PulseSession {
         if (const std::string& fault = verdict.frame_faults[c][i]; !fault.empty()) record.use = fault;
         wrong_frames_[std::min(i, n_pulses() - 1)].push_back(std::move(record));
       }
-    using Pulse = PulseFault::Kind;
+    using Fault = PulseFault::Kind;
     summary_.lost_frames +=
-        static_cast<std::uint32_t>(verdict.count(Pulse::missing) + verdict.count(Pulse::lost));
-    summary_.repeated_frames += verdict.count(Pulse::doubled);
-    summary_.corrupt_frames += verdict.count(Pulse::damaged);
+        static_cast<std::uint32_t>(verdict.count(Fault::missing) + verdict.count(Fault::lost));
+    summary_.repeated_frames += verdict.count(Fault::doubled);
+    summary_.corrupt_frames += verdict.count(Fault::damaged);
   }
 
   void keep(PulseRun& run, const std::vector<PulseTrain>& trains, const PulseVerdict& verdict, int attempt) {
