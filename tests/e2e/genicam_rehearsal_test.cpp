@@ -16,6 +16,7 @@
 #include <future>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <thread>
 
 #include "capture/device/pattern.hpp"
 #include "tests/support/capture/fake_gige.hpp"
@@ -151,17 +152,19 @@ class Rehearsal {
   FakeGige fake;
 
  private:
-  /// The image of the sequence that is on the screen; -1: none.
+  /// The image of the sequence that is on the screen, which may just be drawn; -1: none.
   int on_screen() const {
-    const Image<std::uint32_t> screen = server_.screen(0);
-    for (std::size_t k = 0; k < shown_.size(); ++k) {
-      bool same = screen.width == kProjectorWidth && screen.height == kProjectorHeight;
-      for (int x = 0; x < kProjectorWidth && same; ++x)
-        for (const int y : {0, kProjectorHeight / 2, kProjectorHeight - 1})
-          same = same && (screen(x, y) & 0xff) == shown_[k](x, y);
-      if (same) return static_cast<int>(k);
+    for (int look = 0; look < 20; ++look) {
+      const Image<std::uint32_t> screen = server_.screen(0);
+      for (std::size_t k = 0; k < shown_.size(); ++k)
+        if (shows(screen, shown_[k])) return static_cast<int>(k);
+      std::this_thread::sleep_for(2ms);
     }
     return -1;
+  }
+  static bool shows(const Image<std::uint32_t>& screen, const ImageU16& picture) {
+    return screen.same_size(picture) && std::ranges::equal(screen.data, picture.data, {},
+                                                           [](std::uint32_t pixel) { return pixel & 0xff; });
   }
   double gain_at(int x, int y) const {
     if (mosaic_.empty()) return true_gain_dn(MosaicColour::green);
