@@ -396,7 +396,7 @@ std::string PulseVerdict::sentence() const {
   std::string text;
   for (std::size_t i = 0; i < std::min(faults.size(), kFaultsTold); ++i)
     text += (i == 0 ? "" : ", ") + faults[i].sentence;
-  if (faults.size() > kFaultsTold) text += fmt::format(", and {} faults more", faults.size() - kFaultsTold);
+  if (faults.size() > kFaultsTold) text += fmt::format(", and {} more", faults.size() - kFaultsTold);
   return text;
 }
 

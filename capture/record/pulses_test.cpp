@@ -156,7 +156,7 @@ TEST(Pulses, SeveralFaultsAreAllNamed) {
   for (const std::size_t k : {20, 15, 10, 5, 3}) all = without(all, k);
   const PulseVerdict many = judge_pulses({Watcher().sees(all)}, 24);
   EXPECT_EQ(many.count(Kind::missing), 5);
-  EXPECT_THAT(many.sentence(), HasSubstr("pulse 11 of 24 is missing in camera \"left\", and 2 faults more"));
+  EXPECT_THAT(many.sentence(), HasSubstr("pulse 11 of 24 is missing in camera \"left\", and 2 more"));
 }
 
 // The number of one inside is then not known either.
