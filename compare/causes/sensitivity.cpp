@@ -76,7 +76,7 @@ std::size_t leave_out(GridSamples& s, const std::vector<std::size_t>& pixels) {
 double limit_of(const std::vector<GridSamples>& samples, double GridSamples::*known_to, double n) {
   double most = 0.0;
   for (const GridSamples& s : samples) most = std::max(most, s.*known_to);
-  return 1.0 + allowed_for(n, most);
+  return 1.0 + allowed_above(n, most);
 }
 
 /// What parameters do to the irradiance of a camera from their start to their values, where nothing is

@@ -57,11 +57,11 @@ void judge(const Sums& s, double known_to, double kept, ExplainedRow& row) {
   constexpr double kMore = kCoverage * kCoverage - 1.0;
   const auto n = static_cast<double>(s.n);
   row.state = kExplained;
-  row.chi2_limit = kept * (1.0 + allowed_for(n, known_to)) + kMore * s.share / n;
+  row.chi2_limit = kept * (1.0 + allowed_above(n, known_to)) + kMore * s.share / n;
   if (!(row.chi2 <= row.chi2_limit)) row.worsen(kNotExplained);
   if (row.n_regions == 0) return;
   const auto n_regions = static_cast<double>(s.n_regions);
-  row.regional_limit = 1.0 + allowed_for(n_regions, known_to) + kMore * (s.regional_share / n_regions);
+  row.regional_limit = 1.0 + allowed_above(n_regions, known_to) + kMore * (s.regional_share / n_regions);
   if (!(row.regional_chi2 <= row.regional_limit)) row.worsen(kNotExplained);
 }
 

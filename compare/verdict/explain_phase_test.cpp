@@ -224,8 +224,7 @@ TEST(ExplainPhase, TheLimitFollowsFromHowWellTheNoiseIsKnown) {
       const ExplainedRow row = phase_of(p);
       // either side has half of the variance
       const double known_to = std::hypot(0.5 * real.to, 0.5 * simulated.to);
-      EXPECT_NEAR(row.chi2_limit,
-                  1.0 + 3.0 * std::sqrt(2.0 / static_cast<double>(row.n) + known_to * known_to), 1e-9)
+      EXPECT_NEAR(row.chi2_limit, 1.0 + allowed_above(static_cast<double>(row.n), known_to), 1e-9)
           << real.to << " " << simulated.to;
     }
 }

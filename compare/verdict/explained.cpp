@@ -29,6 +29,12 @@ bool has_fringes(const CameraDecode& decode, std::size_t i) {
 
 double allowed_for(double n, double known_to) { return kCoverage * std::sqrt(2.0 / n + known_to * known_to); }
 
+double allowed_above(double n, double known_to) {
+  const double variance = 2.0 / (9.0 * n);
+  const double by_chance = std::pow(1.0 - variance + kCoverage * std::sqrt(variance), 3) - 1.0;
+  return std::hypot(by_chance, kCoverage * known_to);
+}
+
 RenderingError rendering_error(const Camera& camera, const std::vector<RenderNote>& notes, double gain_dn) {
   for (const RenderNote& note : notes)
     if (note.camera == camera.name) {

@@ -23,9 +23,13 @@ inline constexpr double kNoisy = 2.0;
 /// A sensor is refuted by a noise this much below 1 and below by `kCoverage` standard errors.
 inline constexpr double kLeastExcess = 0.1;
 
-/// Returns how far a mean of n squares over their expectation may be from 1 where noise explains it whose
+/// Returns how far a mean of n squares over their expectation may be below 1 where noise explains it whose
 /// variance is known to this relative standard uncertainty.
 double allowed_for(double n, double known_to = kStatedKnownTo);
+/// The same above 1, where chance reaches further, the more the fewer they are: what a chi^2 of n degrees of
+/// freedom exceeds as seldom as a normal number its mean by kCoverage sigma (Wilson and Hilferty, PNAS 17,
+/// 1931: its cube root is nearly normal).
+double allowed_above(double n, double known_to = kStatedKnownTo);
 
 inline constexpr const char* kCalibrationLine = "calibration covariance";
 inline constexpr const char* kShapeLine = "noise of the measured shape";

@@ -43,6 +43,20 @@ ExplainedRow gray_of(SyntheticSides scene, const RenderingError& rendering = {})
                       simulated, rendering, nullptr, seen_pixels(real, simulated));
 }
 
+// Quantiles of chi^2/n at 3 sigma of a normal number, one in 740 (scipy.stats.chi2.ppf(norm.cdf(3), n) / n).
+// Tolerance: what the approximation promises, 3 % of the distance from 1 with one degree of freedom.
+TEST(Explained, AllowsWhatChanceReachesWithFewSquares) {
+  for (const auto& [n, quantile] : {std::pair{1.0, 10.273018},
+                                    {2.0, 6.607726},
+                                    {7.0, 3.368604},
+                                    {20.0, 2.217591},
+                                    {100.0, 1.477936},
+                                    {100'000.0, 1.013470}})
+    EXPECT_NEAR((1.0 + allowed_above(n, 0.0)) / quantile, 1.0, n < 5.0 ? 0.03 : 0.01) << n;
+  EXPECT_NEAR(allowed_above(1e12, 0.02), 0.06, 1e-5);
+  EXPECT_NEAR(allowed_above(7.0, 0.1), std::hypot(allowed_above(7.0, 0.0), 0.3), 1e-12);
+}
+
 TEST(Explained, NoiseAsItIsMeasuredIsExplained) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     SidesTruth t = deep();
