@@ -357,7 +357,8 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
         budget->direction = axis_name(r.axis);
         out.phase_budget.push_back(std::move(*budget));
       }
-      const TextureShift texture = texture_shift(r, *s, twin.cameras[c].texture.get(), twin.cameras[c].pixel_side_px());
+      const TextureShift texture =
+          texture_shift(r, *s, twin.cameras[c].texture.get(), twin.cameras[c].pixel_side_px());
       out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, texture, rendering,
                                             calibration ? &calibration->phase_rad2[c][d] : nullptr, seen,
                                             {options.shape_noise.get(), c}));

@@ -45,8 +45,8 @@ class Renderer : NotCopyable {
   int validation_messages() const;
 
  private:
-  /// Renders the image of a colour sensor's channel as pixels of its whole sensor, over which the point spread
-  /// reaches.
+  /// Renders the image of a colour sensor's channel as pixels of its whole sensor, over which the point
+  /// spread reaches.
   RenderedCamera render_of_whole_sensor(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                         std::uint64_t seed, bool references);
   RenderedCamera render_moving(const Twin& twin, std::size_t camera_index, const Sampling& sampling,

@@ -16,8 +16,8 @@ int filter_of(const std::string& mosaic, MosaicColour colour) {
   return static_cast<int>(at);
 }
 
-Lens scaled(const Lens& lens, double factor, const Eigen::Vector2d& principal_px, const Eigen::Vector2i& size_px,
-            const std::string& where) {
+Lens scaled(const Lens& lens, double factor, const Eigen::Vector2d& principal_px,
+            const Eigen::Vector2i& size_px, const std::string& where) {
   std::vector<double> intrinsics = lens.intrinsics();
   intrinsics[0] *= factor;
   intrinsics[1] *= factor;
@@ -70,7 +70,8 @@ Eigen::Vector2d image_place_px(const MosaicChannel& channel, const Eigen::Vector
 }
 
 Lens image_lens(const Lens& sensor_lens, const MosaicChannel& channel, const std::string& where) {
-  return scaled(sensor_lens, 0.5, image_place_px(channel, principal_point_px(sensor_lens)), channel.image_px(), where);
+  return scaled(sensor_lens, 0.5, image_place_px(channel, principal_point_px(sensor_lens)),
+                channel.image_px(), where);
 }
 
 Lens sensor_lens(const Lens& image_lens, const MosaicChannel& channel) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One colour of a colour sensor as an image of its own: every pixel under filters of that colour, none made up
-// from its neighbours. docs/formats/twin.md, "One colour of a colour sensor".
+// One colour of a colour sensor as an image of its own: every pixel under filters of that colour, none made
+// up from its neighbours. docs/formats/twin.md, "One colour of a colour sensor".
 #pragma once
 #include <Eigen/Core>
 #include <optional>

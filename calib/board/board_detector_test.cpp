@@ -194,9 +194,8 @@ TEST(BoardDetector, PicturesOfAnotherSizeAreRefused) {
 TEST(BoardDetector, CornersOfOneColourAreOfTheWholeSensor) {
   const BoardPattern pattern{BoardKind::chessboard, {9, 6, 10.0}};
   CameraImages images{.camera = "left"};
-  images.images.assign(3, picture(view_of_board(), [&](double x, double y) {
-                         return chess_level(pattern.board, x, y);
-                       }));
+  images.images.assign(
+      3, picture(view_of_board(), [&](double x, double y) { return chess_level(pattern.board, x, y); }));
   for (ImageF& image : images.images)
     for (float& v : image.data) v = std::clamp(std::round(v), 0.0F, 255.0F);
   const testing::ScratchFolder folder;

@@ -208,7 +208,8 @@ Effect camera_psf_effect(double start, double image_px2) {
     const GridSamples& s = in.samples;
     if (!s.frame) return;
     const auto kernel_of = [&](double variance) {
-      return variance > start ? render::psf_kernel(std::sqrt(image_px2 * (variance - start))) : std::vector<double>{1.0};
+      return variance > start ? render::psf_kernel(std::sqrt(image_px2 * (variance - start)))
+                              : std::vector<double>{1.0};
     };
     const std::vector<double> now = kernel_of(in.to), then = kernel_of(in.from);
     const std::size_t n = s.images.size();

@@ -52,7 +52,8 @@ EdgePlaces edge_places(const measure::DirectionDecode& real, const measure::Dire
                        const PixelTexture* texture, double pixel_side_px) {
   const auto px_per_rad = static_cast<float>(real.pitches_px[real.finest] / kTwoPi);
   EdgePlaces out{smoothed(phase_difference(real, simulated)),
-                 std::move(texture_shift(real, simulated, texture, pixel_side_px).largest_rad), &simulated.coordinate_px};
+                 std::move(texture_shift(real, simulated, texture, pixel_side_px).largest_rad),
+                 &simulated.coordinate_px};
   for (float& value : out.moved_px.data) value *= -px_per_rad;
   for (float& value : out.textured_px.data) value *= px_per_rad;
   return out;

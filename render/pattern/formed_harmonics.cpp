@@ -202,7 +202,8 @@ HarmonicsPlan plan_harmonics(const Twin& twin, const Camera& camera, const Serie
     const HarmonicWeights& w = plan.weights.back();
     if (!w.any()) continue;
     any = true;
-    const double swing_rad = kTwoPi / direction.pitches_px[w.pitch] * px_per_px * twin.sampled_side_px(camera);
+    const double swing_rad =
+        kTwoPi / direction.pitches_px[w.pitch] * px_per_px * twin.sampled_side_px(camera);
     if (formed_error(w, {.gx = swing_rad}, false) > 0.5 * phase_error_rad) return {};
   }
   if (!any) return {};

@@ -184,7 +184,8 @@ ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const P
   g.values.lens_grid_n = lens.grid_n;
   set_projector(projector, camera, setup, &g);
   const double focus = camera.optics ? camera.optics->focus_distance_mm : 1.0;
-  g.set(&P::sampling, {twin.sampled_side_px(camera), 1.0 / samples.n, lens_radius_mm(camera.optics), 1.0 / focus});
+  g.set(&P::sampling,
+        {twin.sampled_side_px(camera), 1.0 / samples.n, lens_radius_mm(camera.optics), 1.0 / focus});
   g.values.sampling_n = {samples.n, samples.factors.columns, samples.factors.rows, fold_seed(seed)};
 #define SET_NUMBERS(member, ...) g.set(&P::member, as_doubles(__VA_ARGS__));
   NUMBERS_OF_EFFECTS(SET_NUMBERS)

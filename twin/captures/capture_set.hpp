@@ -64,7 +64,8 @@ CaptureSet read_capture_set(const std::filesystem::path& dir, int n_images);
 
 /// The size of an image of this camera; of a colour sensor's channel, also that of the whole sensor.
 RightSize right_size(const Camera& camera);
-/// Returns the camera's image: of an image of the whole colour sensor the pixels of its channel, else as it is.
+/// Returns the camera's image: of an image of the whole colour sensor the pixels of its channel, else as it
+/// is.
 ImageF image_of_camera(ImageF image, const Camera& camera);
 /// Reads a gray image of this camera, of right_size(). Throws as read_gray().
 LoadedGray read_camera_gray(const std::filesystem::path& file, const Camera& camera,

@@ -234,13 +234,15 @@ Vignetting read_vignetting(const TomlTable& camera) {
   return v;
 }
 
-/// Reads which colour of a colour sensor the camera's image is; the lens, read before, is of the whole sensor.
+/// Reads which colour of a colour sensor the camera's image is; the lens, read before, is of the whole
+/// sensor.
 void read_channel(const TomlTable& sensor, Camera& camera) {
   const auto mosaic = sensor.choice("mosaic", mosaic_names());
   const auto colour = sensor.choice("channel", mosaic_colour_names());
   if (!mosaic && !colour) return;
   if (!mosaic)
-    sensor.fail("mosaic", "is missing", "channel needs it: the filters of the sensor's first four pixels, e.g. \"RGGB\"");
+    sensor.fail("mosaic", "is missing",
+                "channel needs it: the filters of the sensor's first four pixels, e.g. \"RGGB\"");
   if (!colour)
     sensor.fail("channel", "is missing",
                 "mosaic needs it: the colour whose pixels are the camera's image, e.g. \"green\"");

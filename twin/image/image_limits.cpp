@@ -36,7 +36,8 @@ Decoding& decoding() {
 }
 
 bool is_of(const PromisedImage& image, int width, int height) {
-  return image.width == static_cast<std::uint64_t>(width) && image.height == static_cast<std::uint64_t>(height);
+  return image.width == static_cast<std::uint64_t>(width) &&
+         image.height == static_cast<std::uint64_t>(height);
 }
 
 bool has_right_size(const PromisedImage& image, const RightSize& right) {
