@@ -5,12 +5,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "capture/genicam/genicam_region.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 namespace {
+
+bool is_settled(const std::string& ptp_status) { return ptp_status == "Master" || ptp_status == "Slave"; }
 
 using namespace std::chrono_literals;
 
@@ -214,6 +218,7 @@ void GenicamCamera::throw_fault(DeviceFault::Kind otherwise, const std::string& 
 
 void GenicamCamera::start() {
   stop();
+  await_shared_clock();
   std::string fault;
   if (!device_->stream_on(options_.buffers, &fault))
     throw_fault(DeviceFault::Kind::stream, "does not start to stream: " + fault);
@@ -326,6 +331,26 @@ void GenicamCamera::check_input() {
   if (device_->lost()) throw_fault(DeviceFault::Kind::gone, "recording");
 }
 
+std::string GenicamCamera::ptp_status() const {
+  const std::string enable = settings_.first_of({"PtpEnable", "GevIEEE1588"});
+  if (enable.empty() || lower_case(settings_.feature(enable).value) != "true") return "";
+  const std::string status = settings_.first_of({"PtpStatus", "GevIEEE1588Status"});
+  return status.empty() ? "unknown" : settings_.feature(status).value;
+}
+
+// A clock that has just been switched on takes some seconds to agree with the others.
+void GenicamCamera::await_shared_clock() {
+  const auto end = std::chrono::steady_clock::now() + options_.ptp_wait;
+  for (ptp_ = ptp_status(); !ptp_.empty() && !is_settled(ptp_); ptp_ = ptp_status()) {
+    if (std::chrono::steady_clock::now() > end)
+      return warn(fmt::format(
+          "{}: its clock does not follow the network's (PTP: {}); its times are taken for its own",
+          options_.name, ptp_));
+    throw_if_cancelled();
+    std::this_thread::sleep_for(100ms);
+  }
+}
+
 CameraInfo GenicamCamera::info() const {
   CameraInfo info{.device = options_.name,
                   .width = layout_.width,
@@ -341,6 +366,8 @@ CameraInfo GenicamCamera::info() const {
                                                      : pulse_line_ + ", a pulse for each frame";
   info.provenance["time_stamps"] = triggered_ ? "taken by this program as it triggers"
                                               : "taken by this program as a frame's first packet comes";
+  info.has_shared_clock = is_settled(ptp_);
+  if (!ptp_.empty()) info.provenance["ptp"] = ptp_;
   info.provenance["underruns"] = std::to_string(counts_.underruns);
   info.provenance["packets_missing"] = std::to_string(counts_.missing_packets);
   info.provenance["packets_asked_again"] = std::to_string(counts_.resend_requests);

@@ -38,6 +38,9 @@ class GenicamCamera final : public CameraDevice {
   std::optional<GenicamBuffer> await_buffer(std::chrono::milliseconds timeout);
   [[noreturn]] void throw_fault(DeviceFault::Kind otherwise, const std::string& doing);
   void note_counts();
+  /// Returns what the camera says of the network's clock; "" where it does not follow one.
+  std::string ptp_status() const;
+  void await_shared_clock();
 
   GenicamCameraOptions options_;
   std::unique_ptr<GenicamDevice> device_;
@@ -50,6 +53,7 @@ class GenicamCamera final : public CameraDevice {
   std::map<std::string, std::string> provenance_;
   std::vector<std::string> recorded_;  ///< features whose values are kept
 
+  std::string ptp_;  ///< ptp_status() as the stream began
   bool streaming_ = false, gone_ = false;
   bool unanswered_ = false;                ///< a trigger whose frame did not come in time
   std::optional<TimeNs> trigger_sent_ns_;  ///< its frame has not been taken yet

@@ -97,6 +97,20 @@ TEST(GenicamCamera, AModuleThatFindsOrOpensNoneSaysSo) {
   bench.expect_refused("no GenICam camera is found; look at its power and cable");
 }
 
+TEST(GenicamCamera, AClockOfTheNetworkIsSharedOnceItIsSettled) {
+  Bench bench;
+  EXPECT_FALSE(bench.started()->info().has_shared_clock);
+  bench.state.features["PtpEnable"] = FakeGenicamState::feature(FakeGenicamState::Kind::boolean, "true");
+  bench.state.features["PtpStatus"] = FakeGenicamState::choice("Slave", {"Listening", "Slave", "Master"});
+  EXPECT_TRUE(bench.started()->info().has_shared_clock);
+  EXPECT_EQ(bench.started()->info().provenance.at("ptp"), "Slave");
+  bench.state.features["PtpStatus"].value = "Listening";
+  bench.options.ptp_wait = 10ms;
+  EXPECT_FALSE(bench.started()->info().has_shared_clock);
+  bench.state.features["PtpEnable"].value = "false";
+  EXPECT_FALSE(bench.started()->info().provenance.contains("ptp"));
+}
+
 TEST(GenicamCamera, OneThatIsHeldIsRefused) {
   Bench bench;
   bench.state.is_controlled = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a user asks of a GenICam camera.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -29,7 +30,8 @@ struct GenicamCameraOptions {
   std::vector<std::pair<std::string, std::string>> controls;  ///< features by name, in that order
   GenicamTrigger trigger = GenicamTrigger::software;
   unsigned buffers = 8;
-  std::string trigger_line = {};  ///< with GenicamTrigger::line: as the camera names it, "Line0"
+  std::chrono::milliseconds ptp_wait{15'000};  ///< for a clock of the network, where it is switched on
+  std::string trigger_line = {};               ///< with GenicamTrigger::line: as the camera names it, "Line0"
 };
 
 }  // namespace fringetwin::capture

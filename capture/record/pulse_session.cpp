@@ -107,7 +107,7 @@ class PulseSession {
   std::string try_run(int attempt) {
     PulseRun run = take_run();
     std::vector<PulseTrain> trains;
-    for (std::size_t c = 0; c < rig_.size(); ++c) trains.push_back(train_of(rig_[c].name, run.frames[c]));
+    for (std::size_t c = 0; c < rig_.size(); ++c) trains.push_back(train_of(rig_[c], run.frames[c]));
     const PulseVerdict verdict = judge_pulses(trains, summary_.steps);
     if (run.endless)
       give_up(fmt::format("more than {} pulses came without a pause of {} ms, the sequence has {}",
@@ -151,10 +151,10 @@ class PulseSession {
   }
 
   /// By the camera's clock where it has one.
-  static PulseTrain train_of(const std::string& camera, const std::vector<Frame>& frames) {
+  static PulseTrain train_of(const RigCamera& camera, const std::vector<Frame>& frames) {
     const bool has_clock = std::ranges::all_of(
         frames, [](const Frame& frame) { return frame.camera_ns != 0 || frame.fault != FrameFault::none; });
-    PulseTrain train{camera, {}};
+    PulseTrain train{camera.name, {}, has_clock && camera.device->info().has_shared_clock};
     for (const Frame& frame : frames)
       train.frames.push_back({has_clock ? frame.camera_ns : frame.timestamp_ns, frame.sequence,
                               frame.fault == FrameFault::none ? "" : frame_fault_name(frame.fault)});

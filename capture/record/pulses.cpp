@@ -191,9 +191,10 @@ struct ClockFit {
 };
 
 std::vector<std::optional<double>> times_by_pulse(const PulseTrain& train, const Layout& layout,
-                                                  std::int64_t first, int expected) {
+                                                  std::int64_t first, int expected,
+                                                  std::optional<TimeNs> origin) {
   std::vector<std::optional<double>> times(static_cast<std::size_t>(expected));
-  std::optional<TimeNs> origin;  // doubles do not hold the nanoseconds of a clock that counts from 1970
+  // doubles do not hold the nanoseconds of a clock that counts from 1970
   for (std::size_t i = 0; i < train.frames.size(); ++i) {
     if (!layout.faults[i].empty()) continue;
     if (!origin) origin = train.frames[i].camera_ns;
@@ -204,9 +205,9 @@ std::vector<std::optional<double>> times_by_pulse(const PulseTrain& train, const
   return times;
 }
 
-/// Fits a line to the other camera's times over the first one's.
+/// Fits a line to the other camera's times over the first one's; of a shared clock, takes their differences.
 ClockFit fit_clocks(const std::vector<std::optional<double>>& first,
-                    const std::vector<std::optional<double>>& other) {
+                    const std::vector<std::optional<double>>& other, bool is_shared) {
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (std::size_t k = 0; k < first.size(); ++k)
     if (first[k] && other[k]) n += 1.0, x += *first[k], y += *other[k] - *first[k];
@@ -219,6 +220,7 @@ ClockFit fit_clocks(const std::vector<std::optional<double>>& first,
     xy += (*first[k] - x) * (*other[k] - *first[k] - y);
   }
   if (xx > 0.0) fit.rate = xy / xx;
+  if (is_shared) y = fit.rate = 0.0;
   double sum = 0.0;
   for (std::size_t k = 0; k < first.size(); ++k) {
     const bool both = first[k] && other[k];
@@ -229,15 +231,24 @@ ClockFit fit_clocks(const std::vector<std::optional<double>>& first,
   return fit;
 }
 
+/// Returns where times are counted from that are compared between cameras: a shared clock's, or each its own.
+std::optional<TimeNs> shared_origin(const PulseTrain& a, const PulseTrain& b) {
+  if (!a.has_shared_clock || !b.has_shared_clock || a.frames.empty()) return std::nullopt;
+  return a.frames.front().camera_ns;
+}
+
 /// Finds which pulses a train begins and ends with from another that has all: no two intervals are quite
 /// equal, and both cameras saw the same. Leaves it open where they are.
 void place_by_neighbour(const PulseTrain& whole, const Layout& whole_layout, const PulseTrain& train,
                         int expected, Layout* layout) {
-  const auto reference = times_by_pulse(whole, whole_layout, 0, expected);
+  const std::optional<TimeNs> origin = shared_origin(whole, train);
+  const auto reference = times_by_pulse(whole, whole_layout, 0, expected, origin);
   double best = INFINITY, second = INFINITY;
   std::int64_t first = 0;
   for (std::int64_t shift = 0; shift + layout->n_slots <= expected; ++shift) {
-    const double rms = fit_clocks(reference, times_by_pulse(train, *layout, shift, expected)).rms_ns;
+    const double rms =
+        fit_clocks(reference, times_by_pulse(train, *layout, shift, expected, origin), origin.has_value())
+            .rms_ns;
     if (rms < best) {
       second = best;
       best = rms;
@@ -361,9 +372,11 @@ class TrainJudge {
 void compare_cameras(const std::vector<PulseTrain>& trains, const std::vector<Layout>& layouts, int expected,
                      double interval_ns, PulseVerdict* verdict) {
   verdict->skew_ms.assign(static_cast<std::size_t>(expected), 0.0);
-  const auto first = times_by_pulse(trains[0], layouts[0], layouts[0].first, expected);
   for (std::size_t c = 1; c < trains.size(); ++c) {
-    const ClockFit fit = fit_clocks(first, times_by_pulse(trains[c], layouts[c], layouts[c].first, expected));
+    const std::optional<TimeNs> origin = shared_origin(trains[0], trains[c]);
+    const ClockFit fit = fit_clocks(times_by_pulse(trains[0], layouts[0], layouts[0].first, expected, origin),
+                                    times_by_pulse(trains[c], layouts[c], layouts[c].first, expected, origin),
+                                    origin.has_value());
     // Of a short run, or by coarse clocks, the rate is not known well.
     const double gained = std::abs(fit.rate) * (expected - 1);
     if (std::abs(fit.rate) > kClockRate && gained > kOffInterval) {
@@ -412,7 +425,8 @@ PulseVerdict judge_pulses(const std::vector<PulseTrain>& trains, int expected) {
   PulseVerdict verdict;
   if (interval_ns > 1.0) verdict.interval_ms = interval_ns / kNsPerMs;
   for (std::size_t c = 0; c < trains.size(); ++c) {
-    if (whole && !layouts[c].placed && layouts[c].n_taken > 2)
+    const bool tells = layouts[c].n_taken > 2 || (whole && shared_origin(trains[*whole], trains[c]));
+    if (whole && !layouts[c].placed && tells)
       place_by_neighbour(trains[*whole], layouts[*whole], trains[c], expected, &layouts[c]);
     TrainJudge(trains[c], layouts[c], expected, interval_ns, &verdict.faults).judge();
     verdict.frame_faults.push_back(layouts[c].faults);

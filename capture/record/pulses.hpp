@@ -22,6 +22,7 @@ struct PulseFrame {
 struct PulseTrain {
   std::string camera;
   std::vector<PulseFrame> frames;
+  bool has_shared_clock = false;  ///< set by the network (PTP): that of all cameras which say so
 };
 
 struct PulseFault {
@@ -45,7 +46,7 @@ struct PulseVerdict {
   std::vector<PulseFault> faults;
   double interval_ms = 0.0;     ///< from pulse to pulse; 0: not known
   std::vector<double> skew_ms;  ///< of each pulse: the largest distance in time from its frame in the first
-                                ///< camera, but for offset and drift of the clocks; empty for one camera
+                                ///< camera, but for offset and drift of clocks that are not shared; empty for one camera
   /// By camera, then by frame: what is wrong with it; "" for nothing.
   std::vector<std::vector<std::string>> frame_faults;
 
@@ -56,7 +57,7 @@ struct PulseVerdict {
 };
 
 /// The pulses of a run come at one interval; a quarter of it off is another pulse. A camera's clock may be
-/// off by any offset, and by a thousandth in rate.
+/// off by any offset, and by a thousandth in rate, unless it is shared.
 PulseVerdict judge_pulses(const std::vector<PulseTrain>& trains, int expected);
 
 }  // namespace fringetwin::capture

@@ -65,6 +65,33 @@ void expect_one(const PulseVerdict& verdict, Kind kind, int pulse, const std::st
   EXPECT_EQ(verdict.sentence(), sentence);
 }
 
+PulseTrain shared(PulseTrain train) {
+  train.has_shared_clock = true;
+  return train;
+}
+
+// Cameras that the network gives one clock: how far apart they are is seen, not fitted, and which pulse one
+// of them lacks is known without any jitter.
+TEST(Pulses, ASharedClockTellsTimesAsTheyAre) {
+  const Watcher left{"left", kEpochNs, 1.0}, late{"right", kEpochNs + 3'000, 1.0};
+  const auto all = pulses(12);
+  const PulseVerdict right = judge_pulses({shared(left.sees(all)), shared(late.sees(all))}, 12);
+  ASSERT_TRUE(right.right()) << right.sentence();
+  for (const double skew_ms : right.skew_ms) EXPECT_NEAR(skew_ms, 3e-3, 1e-9);
+  for (const double skew_ms : judge_pulses({left.sees(all), late.sees(all)}, 12).skew_ms)
+    EXPECT_NEAR(skew_ms, 0.0, 1e-9);
+  expect_one(judge_pulses({shared(left.sees(all)), shared(late.sees(without(all, 0)))}, 12), Kind::missing, 1,
+             "pulse 1 of 12 is missing in camera \"right\"");
+  expect_one(judge_pulses({shared(left.sees(all)), shared(late.sees(without(all, 11)))}, 12), Kind::missing,
+             12, "pulse 12 of 12 is missing in camera \"right\"");
+  // half an interval late: another line, or another delay
+  const Watcher other{"right", kEpochNs + kIntervalNs / 2, 1.0};
+  const PulseVerdict apart = judge_pulses({shared(left.sees(all)), shared(other.sees(all))}, 12);
+  EXPECT_EQ(apart.count(Kind::apart), 12);
+  EXPECT_THAT(apart.sentence(),
+              HasSubstr("pulse 1 of 12 came 10 ms apart in cameras \"left\" and \"right\""));
+}
+
 TEST(Pulses, ARegularRunIsRight) {
   for (const int n : {1, 2, 3, 12, 24, 500})
     for (const double jitter : {0.0, 0.02}) {

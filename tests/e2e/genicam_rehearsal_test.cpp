@@ -93,7 +93,7 @@ class Rehearsal {
                     const std::vector<std::string>& more = {}) const {
     std::vector<std::string> args = {
         "capture",        twin(twin_name),      "--camera", "left=genicam:T01", "--control",
-        "left:OffsetX=0", "--display",          "window",   "--latency-ms",     "30",
+        "left:OffsetX=0", "--display",          "window",   "--latency-ms",     "80",
         "--out",          (dir_ / out).string()};
     args.insert(args.end(), more.begin(), more.end());
     return run_fringetwin(args);
