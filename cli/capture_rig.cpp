@@ -224,7 +224,9 @@ OpenedRig open_devices(const Twin& twin, const RigFlags& flags) {
                      {"gain", flags.gain ? std::to_string(*flags.gain) : ""},
                      {"rate", flags.rate_hz ? fmt::format("{}", *flags.rate_hz) : ""},
                      {"control", fmt::format("{}", fmt::join(flags.controls, " "))}};
-  if (!flags.trigger.empty()) opened.identity["trigger"] = flags.trigger;
+  // A line as the camera spells it, which takes any case of its letters.
+  const std::string line = opened.cameras.front().device->info().pulse_line;
+  if (!flags.trigger.empty()) opened.identity["trigger"] = line.empty() ? flags.trigger : line;
   if (pulsed) return opened;
   const Lens& projector = twin.projector->lens;
   opened.display = capture::open_display(flags.display, projector.width(), projector.height());

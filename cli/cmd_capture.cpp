@@ -174,11 +174,15 @@ int run_preview(const CaptureCommand& o) {
   return static_cast<int>(ExitCode::ok);
 }
 
+void tell_flicker(const CaptureCommand& o, const capture::RigTiming& timing) {
+  for (const std::string& sentence : flicker_warnings(timing, o.plan.exposures_ms)) warn(sentence);
+}
+
 /// Says what the recording will take, and warns of exposures that hold no whole frames of the projector.
 void tell_timing(const CaptureCommand& o, const OpenedRig& rig, const Twin& twin) {
   const capture::RigTiming timing = rig_timing(rig.cameras, rig.display->info(), o.exposure_unit_ms);
   say(plan_text(timing, make_steps(twin.fringes, o.plan), o.plan));
-  for (const std::string& sentence : flicker_warnings(timing, o.plan.exposures_ms)) warn(sentence);
+  tell_flicker(o, timing);
 }
 
 int run_record(CaptureCommand& o, const Invocation& invocation) {
@@ -210,6 +214,7 @@ int run_record(CaptureCommand& o, const Invocation& invocation) {
     if (!o.rig.simulated()) tell_timing(o, rig, twin);
   } else {
     check_cameras(twin, rig.cameras, o.plan);
+    tell_flicker(o, rig_timing(rig.cameras, {}, o.exposure_unit_ms));
   }
   std::map<std::string, std::string> identity = recording_identity(twin, rig.cameras, o.plan);
   identity.insert(rig.identity.begin(), rig.identity.end());

@@ -23,10 +23,10 @@ struct FlatCell {
   double x = 0.0, y = 0.0, s = 0.0, value = 0.0;
 };
 
-std::vector<FlatCell> cell_means(const ImageF& flat, double black_dn, double saturation_dn) {
+std::vector<FlatCell> cell_means(const ImageF& flat, double black_dn, double saturation_dn,
+                                 const SensorPlaces& places) {
   const int w = flat.width, h = flat.height;
   const int side = std::max(1, w / kTileColumns);
-  const double cx = 0.5 * (w - 1), cy = 0.5 * (h - 1), corner_sq = 0.25 * (1.0 * w * w + 1.0 * h * h);
   std::vector<FlatCell> cells;
   for (int y0 = 0; y0 + side <= h; y0 += side)
     for (int x0 = 0; x0 + side <= w; x0 += side) {
@@ -37,13 +37,13 @@ std::vector<FlatCell> cell_means(const ImageF& flat, double black_dn, double sat
           const auto v = static_cast<double>(flat(x, y));
           clipped = clipped || v >= saturation_dn;
           c.value += v - black_dn;
-          c.s += ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / corner_sq;
+          c.s += places.s(x, y);
         }
       if (clipped) continue;
       const double n = 1.0 * side * side;
       c.value /= n, c.s /= n;
-      c.x = (x0 + 0.5 * (side - 1) - cx) / (0.5 * w);
-      c.y = (y0 + 0.5 * (side - 1) - cy) / (0.5 * h);
+      c.x = places.x(x0 + 0.5 * (side - 1));
+      c.y = places.y(y0 + 0.5 * (side - 1));
       cells.push_back(c);
     }
   return cells;
@@ -106,9 +106,40 @@ std::optional<Solution> solve(const std::vector<FlatCell>& cells, int terms) {
 
 }  // namespace
 
+SensorPlaces::SensorPlaces(int width, int height, const std::optional<MosaicChannel>& channel)
+    : middle_x(0.5 * (width - 1)),
+      middle_y(0.5 * (height - 1)),
+      half_width(0.5 * width),
+      half_height(0.5 * height) {
+  if (!channel) return;
+  const Eigen::Vector2d size_px = channel->sensor_px.cast<double>(),
+                        middle = image_place_px(*channel, 0.5 * (size_px - Eigen::Vector2d::Ones()));
+  middle_x = middle.x(), middle_y = middle.y();
+  half_width = 0.25 * size_px.x(), half_height = 0.25 * size_px.y();  // its pixels are half as large
+}
+
+double SensorPlaces::s(double x_px, double y_px) const {
+  const double dx = x_px - middle_x, dy = y_px - middle_y;
+  return (dx * dx + dy * dy) / (half_width * half_width + half_height * half_height);
+}
+
+ImageD light_of(const FlatField& field, int width, int height) {
+  ImageD out(width, height);
+  const SensorPlaces places(width, height, field.channel);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const double s = places.s(x, y);
+      const double tilt = 1.0 + field.gradient_x.value * places.x(x) + field.gradient_y.value * places.y(y);
+      out(x, y) = field.level_dn.value * tilt *
+                  (1.0 + s * (field.a[0].value + s * (field.a[1].value + s * field.a[2].value)));
+    }
+  return out;
+}
+
 FlatField fit_flat_field(const ImageF& flat, double black_level_dn, double saturation_dn,
-                         const std::string& where) {
-  const std::vector<FlatCell> cells = cell_means(flat, black_level_dn, saturation_dn);
+                         const std::string& where, const std::optional<MosaicChannel>& channel) {
+  const std::vector<FlatCell> cells =
+      cell_means(flat, black_level_dn, saturation_dn, {flat.width, flat.height, channel});
   if (cells.size() < 50)
     throw UserError(ExitCode::input, where,
                     fmt::format("only {} cells of the flat image are usable", cells.size()),
@@ -135,6 +166,7 @@ FlatField fit_flat_field(const ImageF& flat, double black_level_dn, double satur
   for (const Estimate& a : out.a) out.corner += a.value;
   out.residual_rms = best->rms;
   out.n = cells.size();
+  out.channel = channel;
   return out;
 }
 

@@ -244,7 +244,8 @@ void update_sensor(CameraPhotometry& out) {
   out.sensor.read_noise_dn = t.read_noise_dn.value;
 }
 
-void measure_flat(const CameraFrames& frames, double saturation_dn, CameraPhotometry& out) {
+void measure_flat(const CameraFrames& frames, double saturation_dn,
+                  const std::optional<MosaicChannel>& channel, CameraPhotometry& out) {
   if (frames.flat.empty()) return;
   ImageF mean(frames.flat[0].width, frames.flat[0].height);
   bool clipped = false;
@@ -259,7 +260,7 @@ void measure_flat(const CameraFrames& frames, double saturation_dn, CameraPhotom
     }
   }
   out.flat = fit_flat_field(mean, out.black_measured ? out.black_level_dn.value : out.sensor.black_level_dn,
-                            saturation_dn, "camera " + out.camera);
+                            saturation_dn, "camera " + out.camera, channel);
 }
 
 /// Says of a map that it is no better than none.
@@ -392,7 +393,7 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     measure_transfer(twin, frames[c], saturation, camera, out.warnings);
     camera.linearity = exposure_linearity(frames[c]);
     measure_response(frames[c], saturation, camera, out.warnings);
-    measure_flat(frames[c], saturation, camera);
+    measure_flat(frames[c], saturation, twin.cameras[c].channel, camera);
     measure_maps(frames[c], saturation, camera, out.warnings);
     measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
     update_sensor(camera);

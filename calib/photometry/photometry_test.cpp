@@ -20,6 +20,28 @@ namespace {
 using namespace testing;
 using ::testing::HasSubstr;
 
+// Of one colour of a sensor X, Y and r count from the middle and corners of the whole sensor, as vignetting
+// does: the coefficients are those of the sensor. Tolerance: means over cells of other sizes; half a pixel of
+// the sensor, the offset of its middle, would be 6e-3 here.
+TEST(FlatField, OfOneColourItIsThatOfTheSensor) {
+  ImageF flat(81, 61);
+  for (int y = 0; y < flat.height; ++y)
+    for (int x = 0; x < flat.width; ++x) {
+      const double u = (x - 40.0) / 40.5, v = (y - 30.0) / 30.5;
+      const double s = (std::pow(x - 40.0, 2) + std::pow(y - 30.0, 2)) / (40.5 * 40.5 + 30.5 * 30.5);
+      flat(x, y) = static_cast<float>(180.0 * (1.0 + 0.06 * u - 0.04 * v) * (1.0 - 0.3 * s));
+    }
+  for (const MosaicColour colour : {MosaicColour::red, MosaicColour::green, MosaicColour::blue}) {
+    const MosaicChannel channel{"RGGB", colour, {flat.width, flat.height}};
+    const ImageF image = channel_image(flat, channel);
+    const FlatField field = fit_flat_field(image, 0.0, 255.0, "left", channel);
+    EXPECT_NEAR(field.a[0].value, -0.3, 1e-3) << name_of(colour);
+    EXPECT_NEAR(field.gradient_x.value, 0.06, 5e-4);
+    EXPECT_NEAR(field.gradient_y.value, -0.04, 5e-4);
+    EXPECT_NEAR(light_of(field, image.width, image.height)(3, 4), static_cast<double>(image(3, 4)), 0.05);
+  }
+}
+
 TEST(FlatField, VignettingUnderUnevenLight) {
   const TrueSensor s{40.0, 0.5, 5.0, 8};
   std::mt19937_64 random(14);

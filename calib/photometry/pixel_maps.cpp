@@ -66,22 +66,6 @@ Means averaged(int width, int height, std::size_t n_images, Value value, Align a
   return out;
 }
 
-/// Returns the light that the field gives each pixel.
-ImageD light_of(const FlatField& field, int width, int height) {
-  ImageD out(width, height);
-  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1),
-               corner_sq = 0.25 * (1.0 * width * width + 1.0 * height * height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const double s = ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / corner_sq;
-      const double tilt = 1.0 + field.gradient_x.value * (x - cx) / (0.5 * width) +
-                          field.gradient_y.value * (y - cy) / (0.5 * height);
-      out(x, y) = field.level_dn.value * tilt *
-                  (1.0 + s * (field.a[0].value + s * (field.a[1].value + s * field.a[2].value)));
-    }
-  return out;
-}
-
 /// Sums over the rectangle from the first pixel on, so that any rectangle is four of them.
 class RectangleSums {
  public:

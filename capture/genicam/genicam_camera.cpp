@@ -93,7 +93,10 @@ void GenicamCamera::set_up() {
   for (const auto& [name, value] : options_.controls) {
     const std::string own = settings_.own_name(name);
     named.insert(own);
-    if (own != "OffsetX" && own != "OffsetY") wanted.emplace_back(own, value);
+    if (own.starts_with("Trigger"))
+      trigger_controls_.emplace_back(own, value);  // of the kind that is selected then
+    else if (own != "OffsetX" && own != "OffsetY")
+      wanted.emplace_back(own, value);
   }
   if (options_.gain) {
     const std::string gain = settings_.first_of({"Gain", "GainRaw"});
@@ -109,7 +112,8 @@ void GenicamCamera::set_up() {
   exposure_feature_ = settings_.first_of({"ExposureTime", "ExposureTimeAbs"});
   if (!exposure_feature_.empty()) exposure_ms_ = settings_.number(exposure_feature_) / kUsPerMs;
   set_up_trigger();
-  for (const auto& [name, value] : wanted) settings_.verify(name, value);
+  for (const auto* list : {&wanted, &trigger_controls_})
+    for (const auto& [name, value] : *list) settings_.verify(name, value);
   recorded_.insert(recorded_.end(), named.begin(), named.end());
   recorded_.insert(recorded_.end(), automatics.begin(), automatics.end());
   provenance_.merge(settings_.provenance(recorded_));
@@ -136,10 +140,16 @@ void GenicamCamera::set_up_trigger() {
       throw settings_.refusal("takes a frame for each trigger, so that no rate can be set",
                               "leave the rate out, or add --trigger off");
     settings_.set("TriggerSource", "Software");
+    set_trigger_controls();
     settings_.set("TriggerMode", "On");
     return;
   }
+  set_trigger_controls();
   set_up_rate();
+}
+
+void GenicamCamera::set_trigger_controls() {
+  for (const auto& [name, value] : trigger_controls_) settings_.set(name, value);
 }
 
 // Cameras with several kinds of triggers have one that begins a frame; what was set is read back, TriggerMode
@@ -166,6 +176,7 @@ void GenicamCamera::set_up_line() {
     throw settings_.refusal("takes a frame for each pulse, so that no rate can be set", "leave the rate out");
   settings_.set_where_there("AcquisitionFrameRateEnable", "false");
   settings_.set("TriggerSource", own);
+  set_trigger_controls();
   settings_.set("TriggerMode", "On");
   settings_.verify("TriggerSource", own);
   pulse_line_ = own;

@@ -31,6 +31,8 @@ class GenicamCamera final : public CameraDevice {
  private:
   void set_up();
   void set_up_trigger();
+  /// Sets the user's TriggerActivation, TriggerDelay ... for the selected kind of trigger.
+  void set_trigger_controls();
   void set_up_line();
   void set_up_rate();
   Frame to_frame(const GenicamBuffer& buffer, Pixels pixels);
@@ -53,6 +55,7 @@ class GenicamCamera final : public CameraDevice {
   std::map<std::string, std::string> provenance_;
   std::vector<std::string> recorded_;  ///< features whose values are kept
 
+  std::vector<std::pair<std::string, std::string>> trigger_controls_;
   std::string ptp_;  ///< ptp_status() as the stream began
   bool streaming_ = false, gone_ = false;
   bool unanswered_ = false;                ///< a trigger whose frame did not come in time

@@ -79,7 +79,7 @@ TEST(GenicamCamera, IsReachedByAnAddressThatIsNotListed) {
   EXPECT_EQ(told.at("model"), "Far");
   bench.module.fault = "Device not found";
   bench.options.name = "genicam:10.1.2.3";
-  bench.expect_refused("no such GenICam camera is found; there are genicam:S1, genicam:Fake-2");
+  bench.expect_refused("does not answer at this address: Device not found");
 }
 
 TEST(GenicamCamera, AModuleThatFindsOrOpensNoneSaysSo) {
@@ -95,6 +95,24 @@ TEST(GenicamCamera, AModuleThatFindsOrOpensNoneSaysSo) {
             "genicam:S1: Fake One (GigEVision, 192.168.0.7)\n  cannot be used: Device not found\n");
   bench.module.list.clear();
   bench.expect_refused("no GenICam camera is found; look at its power and cable");
+}
+
+// They are of the kind of trigger that is selected, and some can be written only beside a line.
+TEST(GenicamCamera, WhatIsSetOfTheTriggerIsSetOnceItsKindAndLineAreChosen) {
+  Bench bench;
+  bench.state.features["TriggerSelector"] =
+      FakeGenicamState::choice("AcquisitionStart", {"AcquisitionStart", "FrameStart"});
+  bench.state.features["TriggerActivation"] =
+      FakeGenicamState::choice("RisingEdge", {"RisingEdge", "FallingEdge"});
+  bench.options.trigger = GenicamTrigger::line;
+  bench.options.trigger_line = "Line0";
+  bench.options.controls = {{"TriggerActivation", "FallingEdge"}};
+  bench.camera();
+  std::vector<std::string> last(bench.state.written.end() - 4, bench.state.written.end());
+  EXPECT_THAT(last,
+              ::testing::ElementsAre("TriggerSelector", "TriggerSource", "TriggerActivation", "TriggerMode"));
+  EXPECT_EQ(bench.state.features["TriggerSelector"].value, "FrameStart");
+  EXPECT_EQ(bench.state.features["TriggerActivation"].value, "FallingEdge");
 }
 
 TEST(GenicamCamera, AClockOfTheNetworkIsSharedOnceItIsSettled) {

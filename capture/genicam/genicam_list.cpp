@@ -76,13 +76,16 @@ std::string unlisted_address(const std::vector<GenicamListed>& all, const std::s
   return std::ranges::find(all, wanted, &GenicamListed::address) == all.end() ? wanted : "";
 }
 
-/// Opens a network camera that looking around does not find (behind a router, where broadcasts do not reach);
-/// nullptr where none answers at that address.
+/// Opens a network camera that looking around does not find (behind a router, where broadcasts do not reach).
+/// Throws UserError(device) with the reason where none answers at that address.
 std::unique_ptr<GenicamDevice> open_address(const std::string& address,
                                             std::map<std::string, std::string>* provenance,
                                             GenicamModule& module) {
   std::string fault;
-  if (!module.open(address, &fault)) return nullptr;
+  if (!module.open(address, &fault))
+    throw UserError(ExitCode::device, kGenicamPrefix + address,
+                    "is not found among the cameras around, and does not answer at this address: " + fault,
+                    "look at its power, its address and the way to it; capture --list shows what is found");
   auto device = open_when_free(kGenicamPrefix + address, address, module);
   *provenance = {{"address", address}, {"protocol", "GigEVision"}, {"driver", module.version()}};
   for (const auto& [key, feature] : {std::pair{"vendor", "DeviceVendorName"},
@@ -119,7 +122,7 @@ std::unique_ptr<GenicamDevice> open_genicam(const std::string& name,
                                             GenicamModule& module) {
   const std::vector<GenicamListed> all = module.devices();
   if (const std::string address = unlisted_address(all, name); !address.empty())
-    if (auto device = open_address(address, provenance, module)) return device;
+    return open_address(address, provenance, module);
   const GenicamListed& listed = find_genicam(all, name);
   *provenance = {{"vendor", listed.vendor},     {"model", listed.model},     {"serial", listed.serial},
                  {"protocol", listed.protocol}, {"address", listed.address}, {"driver", module.version()}};

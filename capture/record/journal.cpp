@@ -80,9 +80,11 @@ void check_identity(const fs::path& file, const Json& header,
                       fmt::format("the recording was begun with {} = {}, now it is {}", key, before, value),
                       "resume with the options it was begun with");
   }
-  if (begun.size() != identity.size())
-    throw UserError(ExitCode::usage, file.string(), "the recording was begun with other cameras",
-                    "resume with the twin it was begun with");
+  for (const auto& [key, before] : begun)
+    if (!identity.contains(key))
+      throw UserError(ExitCode::usage, file.string(),
+                      fmt::format("the recording was begun with {} = {}, now it is nothing", key, before),
+                      "resume with the twin and the options it was begun with");
 }
 
 void write_all(int file, const std::string& text, const fs::path& name) {

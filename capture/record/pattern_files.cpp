@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/record/pattern_files.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
+#include <cstdio>
+#include <set>
+#include <sstream>
 
 #include "capture/record/plan.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::capture {
@@ -48,23 +52,35 @@ fs::path hidden_beside(const fs::path& dir, const char* what) {
   return own.parent_path() / fmt::format(".{}.{}.{}.tmp", own.filename().string(), what, ::getpid());
 }
 
-bool is_pattern_file(const std::string& name) {
-  return name == kPatternTableName ||
-         (name.size() >= kFewestDigits + 4 && name.ends_with(".png") &&
-          std::all_of(name.begin(), name.end() - 4, [](unsigned char c) { return std::isdigit(c) != 0; }));
+/// Returns the names of the files that were written with the table that is in the folder; none without one.
+std::set<std::string> written_before(const fs::path& dir) {
+  const fs::path table = dir / kPatternTableName;
+  std::error_code error;
+  if (!fs::is_regular_file(table, error)) return {};
+  std::set<std::string> names{kPatternTableName};
+  std::istringstream lines(
+      read_whole_text(table, {FileKind::text, "table of patterns", ExitCode::usage, ""}));
+  for (std::string line; std::getline(lines, line);) {  // number,file,...
+    const auto begin = line.find(',');
+    if (begin != std::string::npos)
+      names.insert(line.substr(begin + 1, line.find(',', begin + 1) - begin - 1));
+  }
+  return names;
 }
 
-/// What is there already is replaced when all of it was written by us.
+/// What is there already is replaced when all of it was written by us: a recording's images have such names,
+/// too.
 void check_pattern_folder(const fs::path& dir, bool overwrite) {
   std::error_code error;
   if (!fs::exists(dir, error)) return;
   if (!fs::is_directory(dir, error))
     throw UserError(ExitCode::usage, dir.string(), "is no folder", "choose another for --patterns");
+  const std::set<std::string> ours = written_before(dir);
   for (const auto& entry : fs::directory_iterator(dir, error)) {
     if (!overwrite)
       throw UserError(ExitCode::usage, dir.string(), "is not empty",
                       "choose another folder, or replace earlier patterns with --overwrite");
-    if (!is_pattern_file(entry.path().filename().string()))
+    if (!ours.contains(entry.path().filename().string()) || !entry.is_regular_file(error))
       throw UserError(ExitCode::usage, entry.path().string(),
                       "is no file of --patterns, which replace a folder", "choose another folder");
   }
@@ -98,6 +114,8 @@ void write_picture(const fs::path& file, const Fringes& fringes, const Pattern& 
 void put_in_place(const fs::path& made, const fs::path& dir) {
   const fs::path old = hidden_beside(dir, "old");
   std::error_code error, ignored;
+  // In one step where the file system has it: what is removed afterwards is then the old folder.
+  if (::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, dir.c_str(), RENAME_EXCHANGE) == 0) return;
   fs::remove_all(old, ignored);
   const bool replaces = fs::exists(dir, ignored);
   if (replaces) fs::rename(dir, old, error);

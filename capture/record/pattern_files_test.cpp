@@ -81,6 +81,13 @@ TEST_F(PatternFiles, OnlyOwnFilesAreReplacedAndOnlyWhenAsked) {
   scratch_.write("patterns/notes.txt", "the user's");
   expect_user_error(ExitCode::usage, "notes.txt: is no file of --patterns", [&] { write(true); });
   EXPECT_EQ(n_entries(dir()), 6u);
+  // images of a recording have such names, too
+  fs::remove(dir() / "notes.txt");
+  fs::remove(dir() / kPatternTableName);
+  expect_user_error(ExitCode::usage, ".png: is no file of --patterns", [&] { write(true); });
+  scratch_.write("patterns/" + std::string(kPatternTableName), "number,file\n0,000.png\n");
+  expect_user_error(ExitCode::usage, ".png: is no file of --patterns", [&] { write(true); });
+  EXPECT_EQ(n_entries(dir()), 5u);
   EXPECT_EQ(n_entries(scratch_.path()), 1u);
 }
 

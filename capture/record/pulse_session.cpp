@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "capture/record/pulses.hpp"
 #include "capture/record/streams.hpp"
@@ -18,6 +19,17 @@ using SteadyClock = std::chrono::steady_clock;
 /// For one look at a camera: its buffers hold the frames that come while the others are looked at.
 constexpr std::chrono::milliseconds kLook{20};
 constexpr const char* kGivenUp = "given up";
+constexpr double kShareOfMemory =
+    0.8;  ///< of what is free: frames that wait and images that are written, too
+
+/// What programs can have without swapping, as the kernel says; nullopt where it does not.
+std::optional<double> available_memory_bytes() {
+  std::ifstream file("/proc/meminfo");
+  std::string name;
+  for (double kilobytes = 0.0; file >> name >> kilobytes; std::getline(file, name))
+    if (name == "MemAvailable:") return 1024.0 * kilobytes;
+  return std::nullopt;
+}
 
 /// What came of one run of the projector, by camera.
 struct PulseRun {
@@ -25,10 +37,11 @@ struct PulseRun {
   bool endless = false;  ///< no pause came
 };
 
-/// The frame that waits, or comes soon; nullopt for none.
-std::optional<Frame> poll_frame(CameraDevice& camera, CameraDevice::Pixels pixels) {
+/// The frame that waits, or comes within this time; nullopt for none.
+std::optional<Frame> poll_frame(CameraDevice& camera, CameraDevice::Pixels pixels,
+                                std::chrono::milliseconds look) {
   try {
-    return camera.next_frame(kLook, pixels);
+    return camera.next_frame(look, pixels);
   } catch (const DeviceFault& fault) {
     if (fault.kind() != DeviceFault::Kind::timeout) throw;
     return std::nullopt;
@@ -69,7 +82,26 @@ class PulseSession {
     return true;
   }
 
+  /// A run is judged as a whole, so its frames are in memory until then.
+  void check_memory() const {
+    double bytes = 0.0;
+    for (const RigCamera& camera : rig_) {
+      const CameraInfo info = camera.device->info();
+      bytes += sizeof(std::uint16_t) * static_cast<double>(info.width) * info.height *
+               static_cast<double>(n_pulses());
+    }
+    const std::optional<double> free_bytes = available_memory_bytes();
+    if (free_bytes && bytes > kShareOfMemory * *free_bytes)
+      throw UserError(
+          ExitCode::device, "--trigger " + line_,
+          fmt::format("a run of {} images of each camera is held in memory until it is judged: {:.1f} GB, of "
+                      "which {:.1f} are free",
+                      n_pulses(), 1e-9 * bytes, 1e-9 * *free_bytes),
+          "record a region of the sensor (--control OffsetX=...), or a shorter sequence");
+  }
+
   void record_a_run() {
+    check_memory();
     if (!plan_.exposures_ms.empty())
       for (const RigCamera& camera : rig_) set_exposure_exactly(*camera.device, plan_.exposures_ms.front());
     Streams streams(rig_);
@@ -118,6 +150,13 @@ class PulseSession {
       return "";
     }
     note_wrong_run(run, trains, verdict);
+    const bool one_each =
+        std::ranges::all_of(run.frames, [](const auto& frames) { return frames.size() == 1; });
+    if (one_each && n_pulses() > 1)
+      return fmt::format(
+          "one pulse came, and none within {} ms after it (--pause-ms, which must be longer than "
+          "from pulse to pulse)",
+          options_.pause.count());
     return verdict.sentence();
   }
 
@@ -131,14 +170,18 @@ class PulseSession {
     run.frames.resize(rig_.size());
     const auto begin = SteadyClock::now();
     std::optional<SteadyClock::time_point> last;
+    bool frames_come = false;  // then no camera that is silent keeps the others waiting
     for (;;) {
       throw_if_cancelled();
+      const std::chrono::milliseconds look = frames_come ? std::chrono::milliseconds(0) : kLook;
+      frames_come = false;
       for (std::size_t c = 0; c < rig_.size(); ++c) {
         // A run with too many frames is wrong: their pixels are of no use.
         const auto pixels =
             run.frames[c].size() < n_pulses() ? CameraDevice::Pixels::keep : CameraDevice::Pixels::drop;
-        std::optional<Frame> frame = poll_frame(*rig_[c].device, pixels);
+        std::optional<Frame> frame = poll_frame(*rig_[c].device, pixels, look);
         if (!frame) continue;
+        frames_come = true;
         run.frames[c].push_back(std::move(*frame));
         last = SteadyClock::now();
         run.endless = run.endless || run.frames[c].size() > most_frames();

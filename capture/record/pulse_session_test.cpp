@@ -104,6 +104,34 @@ TEST_F(PulseRecording, EachPulseIsItsPattern) {
   EXPECT_THAT(toml, HasSubstr("\"projector timing\" = \"its pulses\""));
 }
 
+TEST_F(PulseRecording, ARunThatMemoryDoesNotHoldIsRefusedBeforeItBegins) {
+  Rig large;
+  large.push_back({twin_.cameras[0].name, 8,
+                   std::make_unique<PulsedCamera>(2'000'000, 2'000'000, std::deque<PulsedRun>{run()})});
+  expect_user_error(ExitCode::device,
+                    "a run of 8 images of each camera is held in memory until it is judged: 64000.0 GB",
+                    [&] { record(large); });
+  EXPECT_FALSE(has_images());
+}
+
+// Each pulse is then a run of its own.
+TEST_F(PulseRecording, PulsesFurtherApartThanThePauseAreToldSo) {
+  const auto one = [&] { return PulsedRun{run().front()}; };
+  expect_user_error(ExitCode::device,
+                    "one pulse came, and none within 20 ms after it (--pause-ms, which must be longer", [&] {
+                      record(rig({{one(), one(), one(), one(), one(), one()}}));
+                    });
+}
+
+TEST_F(PulseRecording, ADeadLineIsSaidFirst) {
+  twin_ = loop_twin(2);
+  std::deque<PulsedRun> holes;
+  for (int i = 0; i < 6; ++i) holes.push_back(without(without(without(without(run(), 5), 4), 3), 2));
+  expect_user_error(ExitCode::device, "in the last one none of 8 pulses came in camera \"right\"", [&] {
+    record(rig({holes, {}}));
+  });
+}
+
 TEST_F(PulseRecording, TwoCamerasArePairedByNumber) {
   twin_ = loop_twin(2);
   PulsedRun right = run();

@@ -431,6 +431,9 @@ PulseVerdict judge_pulses(const std::vector<PulseTrain>& trains, int expected) {
     TrainJudge(trains[c], layouts[c], expected, interval_ns, &verdict.faults).judge();
     verdict.frame_faults.push_back(layouts[c].faults);
   }
+  // A line that is dead comes first: what the others lack may follow from it.
+  std::ranges::stable_partition(verdict.faults,
+                                [](const PulseFault& fault) { return fault.kind == FaultKind::too_few; });
   if (trains.size() > 1 && verdict.right()) compare_cameras(trains, layouts, expected, interval_ns, &verdict);
   return verdict;
 }

@@ -109,7 +109,7 @@ bool NoiseScene::is_used(const Camera& camera, int x, int y) const {
   if (!own) return false;
   if (sees_all(camera, x - 1, y - 1, 2)) return true;
   // three quarters of what gives light to a pixel, where the outline cuts it
-  const double cut = 1.0 - 0.25 * std::min(1.0, twin_.render.pixel_fill);
+  const double cut = 1.0 - 0.25 * std::min(1.0, twin_.sampled_side_px(camera));
   for (int dy = -1; dy <= 1; ++dy)
     for (int dx = -1; dx <= 1; ++dx) {
       if ((dx == 0 && dy == 0) || !inside(x - dx, y - dy) || !inside(x + 2 * dx, y + 2 * dy)) continue;

@@ -113,6 +113,14 @@ ImageF image_of_camera(ImageF image, const Camera& camera) {
 
 LoadedGray read_camera_gray(const fs::path& file, const Camera& camera,
                             const std::optional<ColourChannel>& channel) {
+  if (camera.channel && channel)
+    throw UserError(
+        ExitCode::input, file.string(),
+        fmt::format("is taken for the colour \"{}\" of a colour image, camera \"{}\" has the pixels of a raw "
+                    "mosaic",
+                    colour_channel_name(*channel), camera.name),
+        "colours of a colour image are made up from neighbours: leave channel out of capture.toml for raw "
+        "images, or mosaic and channel out of [camera.sensor]");
   LoadedGray gray = read_gray(file, right_size(camera), channel);
   gray.image = image_of_camera(std::move(gray.image), camera);
   return gray;

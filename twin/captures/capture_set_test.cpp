@@ -274,6 +274,20 @@ TEST_F(CaptureSetTest, OneColourOfAMosaic) {
       [&] { load_camera_images(read_capture_set(folder_, 4), blue, make_fringes(4)); });
 }
 
+// Red of a colour image is made up at the places of green pixels.
+TEST_F(CaptureSetTest, AColourOfAColourImageIsNoMosaic) {
+  write_set();
+  std::ofstream(folder_ / "capture.toml")
+      << "schema = \"fringetwin-captures/1\"\nchannel = \"red\"\n[[camera]]\nname = \"left\"\npattern = "
+         "\"left/%04d.png\"\n";
+  const Camera green = make_channel("left", "RGGB", MosaicColour::green);
+  testing::expect_user_error(
+      ExitCode::input,
+      "is taken for the colour \"red\" of a colour image, camera \"left\" has the pixels of a raw mosaic",
+      [&] { load_camera_images(read_capture_set(folder_, 4), green, make_fringes(4)); });
+  EXPECT_EQ(load().images.size(), 4u);  // a gray file in a set of colour ones
+}
+
 TEST_F(CaptureSetTest, ColourImage) {
   write_set();
   ASSERT_TRUE(cv::imwrite((folder_ / "left" / "0001.png").string(),

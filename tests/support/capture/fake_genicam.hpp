@@ -39,6 +39,7 @@ struct FakeGenicamState {
 
   // --- what was done to it
   std::vector<std::string> executed = {};
+  std::vector<std::string> written = {};  ///< features, in the order in which they were set
   bool streaming = false;
 
   static capture::GenicamFeature feature(Kind kind, std::string value) {
@@ -92,6 +93,7 @@ class FakeGenicamDevice final : public capture::GenicamDevice {
   }
   bool set(const std::string& name, const std::string& value, std::string* fault) override {
     if (fails(name, fault)) return false;
+    state_.written.push_back(name);
     const auto stuck = state_.stuck.find(name);
     state_.features.at(name).value = stuck != state_.stuck.end() ? stuck->second : value;
     return true;
