@@ -85,7 +85,7 @@ struct CameraInfo {
   bool triggered = false;  ///< an exposure begins when trigger() or next_frame() asks for it, not before
   std::map<std::string, std::string> provenance;  ///< driver, card, bus, format, rate, each control's value
   bool has_shared_clock = false;  ///< Frame::camera_ns is that of all cameras which say so (PTP)
-  std::string pulse_line = {};                    ///< whose pulses begin the exposures, "Line0"; "": none
+  std::string pulse_line = {};    ///< whose pulses begin the exposures, "Line0"; "": none
 };
 
 /// Returns when the frame's exposure began, as far as the camera's time stamps tell.

@@ -44,9 +44,10 @@ struct PulseFault {
 
 struct PulseVerdict {
   std::vector<PulseFault> faults;
-  double interval_ms = 0.0;     ///< from pulse to pulse; 0: not known
-  std::vector<double> skew_ms;  ///< of each pulse: the largest distance in time from its frame in the first
-                                ///< camera, but for offset and drift of clocks that are not shared; empty for one camera
+  double interval_ms = 0.0;  ///< from pulse to pulse; 0: not known
+  std::vector<double>
+      skew_ms;  ///< of each pulse: the largest distance in time from its frame in the first
+                ///< camera, but for offset and drift of clocks that are not shared; empty for one camera
   /// By camera, then by frame: what is wrong with it; "" for nothing.
   std::vector<std::vector<std::string>> frame_faults;
 
