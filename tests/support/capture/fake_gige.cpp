@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/capture/fake_gige.hpp"
 
+#include <arpa/inet.h>
 #include <arv.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <random>
@@ -102,6 +106,21 @@ struct FakeGige::World {
     camera = nullptr;
   }
 };
+
+std::string other_interface_address() {
+  ifaddrs* all = nullptr;
+  if (::getifaddrs(&all) != 0) return "";
+  std::string found;
+  for (const ifaddrs* one = all; one != nullptr && found.empty(); one = one->ifa_next) {
+    const bool is_up = (one->ifa_flags & IFF_UP) != 0 && (one->ifa_flags & IFF_LOOPBACK) == 0;
+    if (!is_up || one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    if (::inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) != nullptr) found = text.data();
+  }
+  ::freeifaddrs(all);
+  return found;
+}
 
 FakeGige::FakeGige(std::string serial, std::string address) : world_(std::make_unique<World>()) {
   world_->serial = std::move(serial);

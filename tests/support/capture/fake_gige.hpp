@@ -12,6 +12,9 @@
 
 namespace fringetwin::testing {
 
+/// Returns the address of a network interface besides the loopback; "" where there is none.
+std::string other_interface_address();
+
 /// What one frame is asked for.
 struct GigeFrame {
   std::uint64_t block_id = 0;
@@ -22,8 +25,7 @@ class FakeGige {
  public:
   using Picture = std::function<capture::ImageU16(const GigeFrame&)>;
 
-  /// `address`: of the loopback; each camera needs one of its own. Only one at 127.0.0.1 is found by looking
-  /// around.
+  /// `address`: of a network interface of this machine; each camera needs one of its own.
   explicit FakeGige(std::string serial = "T01", std::string address = "127.0.0.1");
   ~FakeGige();
   FakeGige(const FakeGige&) = delete;
