@@ -432,8 +432,8 @@ PulseVerdict judge_pulses(const std::vector<PulseTrain>& trains, int expected) {
     verdict.frame_faults.push_back(layouts[c].faults);
   }
   // A line that is dead comes first: what the others lack may follow from it.
-  std::ranges::stable_partition(verdict.faults,
-                                [](const PulseFault& fault) { return fault.kind == FaultKind::too_few; });
+  std::stable_partition(verdict.faults.begin(), verdict.faults.end(),
+                        [](const PulseFault& fault) { return fault.kind == FaultKind::too_few; });
   if (trains.size() > 1 && verdict.right()) compare_cameras(trains, layouts, expected, interval_ns, &verdict);
   return verdict;
 }
