@@ -130,6 +130,8 @@ class Rehearsal {
     const RunResult run = run_fringetwin({"cosim", twin(out), "--out", (dir_ / out).string()});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const json result = read_json(dir_ / out / "result.json");
+    EXPECT_EQ(read_file(dir_ / out / "report.html").find(" of GRBG)") != std::string::npos,
+              twin_name != "sensor");
     for (const char* quantity : {"gray", "phase", "geometry"})
       EXPECT_EQ(result["budget_verdict"][quantity], "explained") << result["explained"].dump(1);
     const double relative = result["gain"][0]["gain_dn"].get<double>() / gain_dn;
