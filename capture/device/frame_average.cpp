@@ -8,26 +8,42 @@
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::capture {
+namespace {
+
+/// Adds a frame to sums. None of the memory is another's, which the compiler cannot know of bytes: eight
+/// pixels at a time instead of one.
+void accumulate(const std::uint16_t* __restrict dn, std::size_t n, std::uint16_t clip_dn,
+                std::uint32_t* __restrict sum, std::uint8_t* __restrict clipped) {
+  for (std::size_t i = 0; i < n; ++i) {
+    sum[i] += dn[i];
+    clipped[i] = static_cast<std::uint8_t>(clipped[i] | (dn[i] >= clip_dn ? 1 : 0));
+  }
+}
+
+}  // namespace
 
 FrameAverage::FrameAverage(int camera_bits, int stored_bits)
     : camera_bits_(camera_bits),
       stored_bits_(stored_bits),
       clip_dn_(static_cast<std::uint16_t>((1 << std::min(camera_bits, stored_bits)) - 1)) {}
 
-void FrameAverage::add(const ImageU16& dn, const std::string& device) {
-  if (count_ == 0) {
-    width_ = dn.width;
-    height_ = dn.height;
+void FrameAverage::add(ImageU16 dn, const std::string& device) {
+  if (camera_bits_ > stored_bits_) refuse_above_clip(dn, device);
+  ++count_;
+  if (count_ == 1) {
+    first_ = std::move(dn);
+    return;
+  }
+  FT_CHECK(dn.same_size(first_), "frames of one size");
+  if (sum_.empty()) {
     sum_.assign(dn.size(), 0);
     clipped_.assign(dn.size(), 0);
+    accumulate(first_.data.data(), dn.size(), clip_dn_, sum_.data(), clipped_.data());
   }
-  FT_CHECK(dn.width == width_ && dn.height == height_, "frames of one size");
-  for (std::size_t i = 0; i < dn.size(); ++i) {
-    sum_[i] += dn.data[i];
-    clipped_[i] |= static_cast<std::uint8_t>(dn.data[i] >= clip_dn_);
-  }
-  ++count_;
-  if (camera_bits_ <= stored_bits_) return;
+  accumulate(dn.data.data(), dn.size(), clip_dn_, sum_.data(), clipped_.data());
+}
+
+void FrameAverage::refuse_above_clip(const ImageU16& dn, const std::string& device) const {
   const std::uint16_t highest = *std::ranges::max_element(dn.data);
   if (highest > clip_dn_)
     throw UserError(
@@ -41,9 +57,12 @@ ImageF FrameAverage::stored() const {
   FT_CHECK(count_ > 0, "an average of frames");
   const double top = static_cast<double>((1 << stored_bits_) - 1);
   const double scale = stored_bits_ > camera_bits_ ? top / static_cast<double>((1 << camera_bits_) - 1) : 1.0;
-  ImageF image(width_, height_);
-  for (std::size_t i = 0; i < sum_.size(); ++i)
-    image.data[i] = clipped_[i] ? static_cast<float>(top) : static_cast<float>(scale * sum_[i] / count_);
+  ImageF image(first_.width, first_.height);
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    const bool clipped = count_ == 1 ? first_.data[i] >= clip_dn_ : clipped_[i] != 0;
+    const std::uint32_t sum = count_ == 1 ? first_.data[i] : sum_[i];
+    image.data[i] = static_cast<float>(clipped ? top : scale * sum / count_);
+  }
   return image;
 }
 

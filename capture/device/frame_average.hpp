@@ -15,7 +15,7 @@ class FrameAverage {
   FrameAverage(int camera_bits, int stored_bits);
   /// Throws UserError(device) for a value above stored_bits where the camera's words are wider (`device`
   /// names it).
-  void add(const ImageU16& dn, const std::string& device);
+  void add(ImageU16 dn, const std::string& device);
   int count() const { return count_; }
 
   /// The mean, rounded by the PNG. Where the file is deeper than the camera, full scale maps to full scale:
@@ -23,9 +23,12 @@ class FrameAverage {
   ImageF stored() const;
 
  private:
+  void refuse_above_clip(const ImageU16& dn, const std::string& device) const;
+
   int camera_bits_, stored_bits_;
   std::uint16_t clip_dn_;
-  int count_ = 0, width_ = 0, height_ = 0;
+  int count_ = 0;
+  ImageU16 first_;  ///< alone, most images have no other
   std::vector<std::uint32_t> sum_;
   std::vector<std::uint8_t> clipped_;
 };

@@ -266,8 +266,7 @@ class PulseSession {
   static RecordedImage image_of(const RigCamera& camera, const Step& step, Frame& frame) {
     const CameraInfo info = camera.device->info();
     FrameAverage average(info.bit_depth, camera.stored_bits);
-    average.add(frame.dn, info.device);
-    frame.dn = {};
+    average.add(std::move(frame.dn), info.device);
     return {step.pictures.front().file(camera.name), camera.stored_bits, average.stored()};
   }
 

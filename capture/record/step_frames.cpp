@@ -58,10 +58,10 @@ std::string FrameJudge::judge(const Frame& frame, StepRecord* record) {
   return "";
 }
 
-void FrameJudge::use(const Frame& frame, FrameRecord* record) {
+void FrameJudge::use(Frame frame, FrameRecord* record) {
   const std::size_t picture = static_cast<std::size_t>(good_ / step_.average);
-  averages_[picture].add(frame.dn, info_.device);
   begins_ns_.push_back(exposure_begin_ns(frame, info_, exposure_ms_));
+  averages_[picture].add(std::move(frame.dn), info_.device);
   record->use = use_of(step_.pictures[picture]);
   record->good = true;
   ++good_;
@@ -75,7 +75,7 @@ void FrameJudge::take(Frame frame, StepRecord* record) {
   if (!entry.use.empty()) return;
   if (first_begin_ns_) {
     if (exposure_begin_ns(frame, info_, exposure_ms_) >= *first_begin_ns_)
-      use(frame, &entry);
+      use(std::move(frame), &entry);
     else
       entry.use = kTooEarly;
     return;
@@ -89,7 +89,7 @@ void FrameJudge::pair_with(TimeNs leader_begin_ns, StepRecord* record) {
       info_.period_ms ? leader_begin_ns - to_ns(*info_.period_ms / 2.0) : std::numeric_limits<TimeNs>::min();
   if (!candidate_) return;
   if (exposure_begin_ns(candidate_->frame, info_, exposure_ms_) >= *first_begin_ns_)
-    use(candidate_->frame, &record->frames[candidate_->record]);
+    use(std::move(candidate_->frame), &record->frames[candidate_->record]);
   candidate_.reset();
 }
 

@@ -35,7 +35,7 @@ class FrameJudge {
 
  private:
   std::string judge(const Frame& frame, StepRecord* record);
-  void use(const Frame& frame, FrameRecord* record);
+  void use(Frame frame, FrameRecord* record);
 
   /// Good, but perhaps earlier than the frame to be paired with.
   struct Candidate {
