@@ -36,11 +36,6 @@ capture::RigCamera rig_camera(const Camera& camera, std::unique_ptr<capture::Cam
   return {camera.name, camera.sensor.bit_depth, std::move(device)};
 }
 
-/// Width and height of the frames that are asked for.
-Eigen::Vector2i sensor_size_px(const Camera& camera) {
-  return camera.channel ? camera.channel->sensor_px
-                        : Eigen::Vector2i(camera.lens.width(), camera.lens.height());
-}
 std::string mosaic_of(const Camera& camera) { return camera.channel ? camera.channel->mosaic : ""; }
 
 void warn_of_raw_mosaic(const Camera& camera, const std::string& device, const capture::CameraInfo& info) {
@@ -153,8 +148,8 @@ std::unique_ptr<capture::CameraDevice> open_v4l2(const Camera& camera, const std
   capture::V4l2CameraOptions options;
   options.device = device;
   if (!flags.format.empty()) options.format.format = capture::required_pixel_format(flags.format, "--format");
-  options.format.width = sensor_size_px(camera).x();
-  options.format.height = sensor_size_px(camera).y();
+  options.format.width = camera.sensor_px().x();
+  options.format.height = camera.sensor_px().y();
   options.format.mosaic = mosaic_of(camera);
   options.format.rate_hz = flags.rate_hz;
   options.format.shift = flags.shift;
@@ -182,8 +177,8 @@ std::unique_ptr<capture::CameraDevice> open_genicam(const Camera& camera, const 
   options.name = device;
   options.format = flags.format;
   options.stored_bits = camera.sensor.bit_depth;
-  options.width = sensor_size_px(camera).x();
-  options.height = sensor_size_px(camera).y();
+  options.width = camera.sensor_px().x();
+  options.height = camera.sensor_px().y();
   options.mosaic = mosaic_of(camera);
   options.rate_hz = flags.rate_hz;
   options.shift = flags.shift;

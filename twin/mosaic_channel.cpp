@@ -61,6 +61,10 @@ const std::string& name_of(MosaicColour colour) {
   return mosaic_colour_names()[static_cast<std::size_t>(colour)];
 }
 
+std::string text_of(const MosaicChannel& channel) {
+  return name_of(channel.colour) + " of " + channel.mosaic;
+}
+
 Eigen::Vector2d sensor_place_px(const MosaicChannel& channel, const Eigen::Vector2d& image_place_px) {
   return 2.0 * image_place_px + channel.first_px().cast<double>();
 }

@@ -36,6 +36,8 @@ const std::vector<std::string>& mosaic_colour_names();
 /// Returns the colour of that name; nullopt of another word.
 std::optional<MosaicColour> mosaic_colour(const std::string& name);
 const std::string& name_of(MosaicColour colour);
+/// Returns "green of RGGB", for people and for records.
+std::string text_of(const MosaicChannel& channel);
 
 /// Returns the lens of the channel's image: that of the sensor with pixels twice as large, whose centres lie
 /// where the channel's pixels do. f' = f / 2, c' = (c - first) / 2; distortion is of directions and stays.

@@ -113,6 +113,7 @@ TEST(MosaicChannel, LensesOfLibmrcal) {
 TEST(MosaicChannel, Names) {
   for (const MosaicColour colour : kColours) EXPECT_EQ(mosaic_colour(name_of(colour)), colour);
   EXPECT_EQ(name_of(MosaicColour::green2), "green2");
+  EXPECT_EQ(text_of({"GRBG", MosaicColour::blue, {8, 6}}), "blue of GRBG");
   EXPECT_FALSE(mosaic_colour("grey"));
 }
 

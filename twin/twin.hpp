@@ -118,6 +118,14 @@ struct Camera {
   double pixel_side_px() const { return channel ? 0.5 : 1.0; }
   /// Returns whether light reaches the image's pixels over others of the sensor, which must be rendered, too.
   bool spreads_over_sensor() const { return channel && psf_px > 0.0; }
+  /// Returns the width and height of the whole sensor.
+  Eigen::Vector2i sensor_px() const {
+    return channel ? channel->sensor_px : Eigen::Vector2i(lens.width(), lens.height());
+  }
+  /// Returns the whole sensor's place of a place of the image.
+  Eigen::Vector2d on_sensor_px(const Eigen::Vector2d& q_px) const {
+    return channel ? sensor_place_px(*channel, q_px) : q_px;
+  }
   /// Returns the lens of the whole sensor, as twin.toml gives it.
   Lens whole_lens() const { return channel ? sensor_lens(lens, *channel) : lens; }
 };

@@ -20,8 +20,7 @@ bool any_seen(const std::vector<ProjectorCorner>& corners) {
 /// The corners where the whole sensor has them: what is calibrated is its lens, not that of a channel's
 /// image.
 std::vector<Corner> on_whole_sensor(std::vector<Corner> corners, const Camera& camera) {
-  if (camera.channel)
-    for (Corner& corner : corners) corner.q_px = sensor_place_px(*camera.channel, corner.q_px);
+  for (Corner& corner : corners) corner.q_px = camera.on_sensor_px(corner.q_px);
   return corners;
 }
 

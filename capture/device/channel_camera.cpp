@@ -20,7 +20,7 @@ CameraInfo ChannelCamera::info() const {
   const Eigen::Vector2i size_px = channel_.image_px();
   info.width = size_px.x();
   info.height = size_px.y();
-  info.provenance["channel"] = fmt::format("{} of {}", name_of(channel_.colour), channel_.mosaic);
+  info.provenance["channel"] = text_of(channel_);
   return info;
 }
 

@@ -21,15 +21,6 @@ using namespace fringetwin::capture;
 using ::testing::HasSubstr;
 using testing::Xvfb;
 
-bool required() { return std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE"); }
-
-// Skips the test where there is no Xvfb; there it fails when devices are required.
-#define NEEDS(server)                                  \
-  if (!(server).started()) {                           \
-    ASSERT_FALSE(required()) << "Xvfb does not start"; \
-    GTEST_SKIP() << "no Xvfb";                         \
-  }
-
 Fringes two_directions() {
   Fringes fringes;
   for (const Axis axis : {Axis::x, Axis::y}) {
@@ -68,7 +59,7 @@ std::size_t wrong_pixels(const Image<std::uint32_t>& screen, const ImageF& level
 
 TEST(WindowDisplay, ShowsEveryPatternPixelForPixel) {
   const Xvfb server({{1280, 720}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window", 1280, 720);
   EXPECT_EQ(wrong_pixels(server.screen(0), ImageF(1280, 720)), 0u) << "black until the first pattern";
   const Fringes fringes = two_directions();
@@ -92,7 +83,7 @@ TEST(WindowDisplay, ShowsEveryPatternPixelForPixel) {
 // The check can fail: a neighbouring level in one pixel is seen.
 TEST(WindowDisplay, OneWrongPixelWouldBeSeen) {
   const Xvfb server({{320, 200}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window", 320, 200);
   ImageF levels = all_levels(320, 200);
   display->show(even_field(0, "test"), levels);
@@ -103,7 +94,7 @@ TEST(WindowDisplay, OneWrongPixelWouldBeSeen) {
 
 TEST(WindowDisplay, OddSizesHaveNoScaling) {
   const Xvfb server({{917, 613}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window", 917, 613);
   display->show(even_field(0, "test"), checkerboard(917, 613));
   EXPECT_EQ(wrong_pixels(server.screen(0), checkerboard(917, 613)), 0u);
@@ -112,7 +103,7 @@ TEST(WindowDisplay, OddSizesHaveNoScaling) {
 // What the environment asks SDL for is used, and shows the same pixels.
 TEST(WindowDisplay, OpenGlShowsTheSamePixels) {
   const Xvfb server({{640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   ::setenv("SDL_RENDER_DRIVER", "opengl", 1);
   const auto display = open_display("window", 640, 480);
   ::unsetenv("SDL_RENDER_DRIVER");
@@ -126,7 +117,7 @@ TEST(WindowDisplay, OpenGlShowsTheSamePixels) {
 
 TEST(WindowDisplay, AnotherSizeIsRefusedNamingBoth) {
   const Xvfb server({{1280, 720}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   try {
     open_display("window", 912, 1140);
     FAIL() << "not refused";
@@ -171,7 +162,7 @@ TEST(WindowDisplay, WithoutAnyDesktopNothingIsDrawnIntoTheVoid) {
 // Xvfb has no two monitors, but two windows on one thread it has; the upper one is seen.
 TEST(WindowDisplay, TwoWindowsShowTheSame) {
   const Xvfb server({{640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window:0+window:0", 640, 480);
   for (const ImageF& levels : {checkerboard(640, 480), all_levels(640, 480)}) {
     display->show(even_field(0, "test"), levels);
@@ -182,7 +173,7 @@ TEST(WindowDisplay, TwoWindowsShowTheSame) {
 // SDL lists X screens that are no monitors of one desktop, but puts every window on the first.
 TEST(WindowDisplay, AWindowOnTheWrongScreenIsRefused) {
   const Xvfb server({{640, 480}, {640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   try {
     open_display("window:1", 640, 480);
     FAIL() << "not refused";
@@ -215,14 +206,14 @@ int show_until_the_desktop_ends(Xvfb& server) {
 
 TEST(WindowDisplay, TheEndOfTheDesktopIsAFaultOfTheDevice) {
   Xvfb server({{640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   // in a process of its own, which cannot have another desktop after that
   EXPECT_EXIT(std::exit(show_until_the_desktop_ends(server)), ::testing::ExitedWithCode(0), "");
 }
 
 TEST(WindowDisplay, IsRepaintedWhenSomethingWasOverIt) {
   const Xvfb server({{640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window", 640, 480);
   const ImageF levels = all_levels(640, 480);
   display->show(even_field(0, "test"), levels);
@@ -250,7 +241,7 @@ void expect_cancelled(PatternDisplay& display) {
 
 TEST(WindowDisplay, ClosingItCancels) {
   const Xvfb server({{640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window", 640, 480);
   EXPECT_NO_THROW(display->check());
   ASSERT_TRUE(testing::ask_window_to_close(server.display()));
@@ -259,7 +250,7 @@ TEST(WindowDisplay, ClosingItCancels) {
 
 TEST(WindowDisplay, EscapeCancels) {
   const Xvfb server({{640, 480}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   const auto display = open_display("window", 640, 480);
   ASSERT_TRUE(testing::press_escape(server.display()));
   expect_cancelled(*display);
@@ -267,7 +258,7 @@ TEST(WindowDisplay, EscapeCancels) {
 
 TEST(WindowDisplay, IsListed) {
   const Xvfb server({{1280, 720}});
-  NEEDS(server);
+  FT_NEED_XVFB(server.started());
   std::string found;
   for (const DisplayChoice& choice : list_displays())
     if (choice.name == "window:0") found = choice.facts;

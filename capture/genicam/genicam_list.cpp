@@ -40,27 +40,16 @@ std::string formats_text(const GenicamFeature& formats) {
          (others.empty() ? "" : fmt::format("  not supported: {}\n", fmt::join(others, ", ")));
 }
 
-}  // namespace
-
-GenicamModule& genicam_module() {
-  static const auto function = reinterpret_cast<GenicamModuleFunction>(
-      find_in_module("libfringetwin_genicam.so", kGenicamModuleName,
-                     {ExitCode::device, "genicam", "speaks to GenICam cameras",
-                      "install Aravis (apt-get install libaravis-0.8-0); a program that was built without it "
-                      "is built anew with libaravis-dev"}));
-  return *function();
-}
-
-namespace {
-
-/// Opens a camera; one that is held by a program which has just been killed once it is free.
+/// Opens a camera; one that is held by a program which has just been killed once it is free. `refusal`,
+/// `hint`: what is said, before the fault and behind it, of one that cannot be opened.
 std::unique_ptr<GenicamDevice> open_when_free(const std::string& name, const std::string& id,
-                                              GenicamModule& module) {
+                                              GenicamModule& module, const std::string& refusal,
+                                              const std::string& hint = "") {
   const auto end = std::chrono::steady_clock::now() + kHeldFor;
   for (;;) {
     std::string fault;
     auto device = module.open(id, &fault);
-    if (!device) throw UserError(ExitCode::device, name, "cannot be opened: " + fault);
+    if (!device) throw UserError(ExitCode::device, name, refusal + ": " + fault, hint);
     if (device->controlled() || std::chrono::steady_clock::now() > end) return device;
     throw_if_cancelled();
     device.reset();
@@ -81,12 +70,10 @@ std::string unlisted_address(const std::vector<GenicamListed>& all, const std::s
 std::unique_ptr<GenicamDevice> open_address(const std::string& address,
                                             std::map<std::string, std::string>* provenance,
                                             GenicamModule& module) {
-  std::string fault;
-  if (!module.open(address, &fault))
-    throw UserError(ExitCode::device, kGenicamPrefix + address,
-                    "is not found among the cameras around, and does not answer at this address: " + fault,
-                    "look at its power, its address and the way to it; capture --list shows what is found");
-  auto device = open_when_free(kGenicamPrefix + address, address, module);
+  auto device =
+      open_when_free(kGenicamPrefix + address, address, module,
+                     "is not found among the cameras around, and does not answer at this address",
+                     "look at its power, its address and the way to it; capture --list shows what is found");
   *provenance = {{"address", address}, {"protocol", "GigEVision"}, {"driver", module.version()}};
   for (const auto& [key, feature] : {std::pair{"vendor", "DeviceVendorName"},
                                      {"model", "DeviceModelName"},
@@ -96,6 +83,15 @@ std::unique_ptr<GenicamDevice> open_address(const std::string& address,
 }
 
 }  // namespace
+
+GenicamModule& genicam_module() {
+  static const auto function = reinterpret_cast<GenicamModuleFunction>(
+      find_in_module("libfringetwin_genicam.so", kGenicamModuleName,
+                     {ExitCode::device, "genicam", "speaks to GenICam cameras",
+                      "install Aravis (apt-get install libaravis-0.8-0); a program that was built without it "
+                      "is built anew with libaravis-dev"}));
+  return *function();
+}
 
 const GenicamListed& find_genicam(const std::vector<GenicamListed>& all, const std::string& name) {
   const std::string wanted = name.substr(std::string(kGenicamPrefix).size());
@@ -126,7 +122,7 @@ std::unique_ptr<GenicamDevice> open_genicam(const std::string& name,
   const GenicamListed& listed = find_genicam(all, name);
   *provenance = {{"vendor", listed.vendor},     {"model", listed.model},     {"serial", listed.serial},
                  {"protocol", listed.protocol}, {"address", listed.address}, {"driver", module.version()}};
-  return open_when_free(name, listed.id, module);
+  return open_when_free(name, listed.id, module, "cannot be opened");
 }
 
 std::string describe(GenicamModule& module, const GenicamListed& listed) {

@@ -24,7 +24,7 @@ namespace {
 constexpr int kPatternBits = 8;
 constexpr std::size_t kFewestDigits = 3;
 
-/// Removes the folder at its end unless it was moved.
+/// Removes the folder at its end: what is not put in place, or was replaced by it.
 class FolderInProgress : NotCopyable {
  public:
   explicit FolderInProgress(fs::path dir) : dir_(std::move(dir)) {
@@ -89,9 +89,10 @@ void check_pattern_folder(const fs::path& dir, bool overwrite) {
 }
 
 /// "phase step,x,13,2,,": kind, direction, pitch, step and bit from 1.
-std::string what_it_is(const Fringes& fringes, const Pattern& pattern) {
+std::string what_it_is(const Fringes& fringes, const std::vector<PatternSpec>& sequence,
+                       const Pattern& pattern) {
   if (pattern.index < 0) return fmt::format("{},,,,", pattern.label);
-  const PatternSpec spec = expand_sequence(fringes).at(static_cast<std::size_t>(pattern.index));
+  const PatternSpec& spec = sequence.at(static_cast<std::size_t>(pattern.index));
   if (spec.is_image()) return "image,,,,";
   const DirectionFringes& direction = fringes.directions.at(static_cast<std::size_t>(spec.direction));
   const char* axis = direction.axis == Axis::x ? "x" : "y";
@@ -132,6 +133,7 @@ void put_in_place(const fs::path& made, const fs::path& dir) {
 std::size_t write_pattern_files(const Twin& twin, const fs::path& dir, bool overwrite) {
   check_pattern_folder(dir, overwrite);
   const std::vector<Step> steps = make_steps(twin.fringes, CapturePlan());
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
   const Lens& projector = twin.projector->lens;
   const FolderInProgress made(hidden_beside(dir, "new"));
   const std::size_t digits = std::max(kFewestDigits, std::to_string(steps.size() - 1).size());
@@ -141,7 +143,8 @@ std::size_t write_pattern_files(const Twin& twin, const fs::path& dir, bool over
     const Pattern& pattern = steps[k].pattern;
     const std::string name = fmt::format("{:0{}d}.png", k, digits);
     write_picture(made.path() / name, twin.fringes, pattern, projector.width(), projector.height());
-    table += fmt::format("{},{},{},{}\n", k, name, what_it_is(twin.fringes, pattern), pattern.label);
+    table +=
+        fmt::format("{},{},{},{}\n", k, name, what_it_is(twin.fringes, sequence, pattern), pattern.label);
     progress.advance();
   }
   write_text_file(made.path() / kPatternTableName, table);

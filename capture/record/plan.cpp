@@ -126,11 +126,9 @@ std::map<std::string, std::string> plan_identity(const Twin& twin, const Capture
       {"flat", std::to_string(plan.flat_frames)},
   };
   for (const Camera& camera : twin.cameras)
-    identity["camera " + camera.name] =
-        fmt::format("{} x {} px, {} bit", camera.lens.width(), camera.lens.height(),
-                    camera.sensor.bit_depth) +
-        (camera.channel ? fmt::format(", {} of {}", name_of(camera.channel->colour), camera.channel->mosaic)
-                        : "");
+    identity["camera " + camera.name] = fmt::format("{} x {} px, {} bit", camera.lens.width(),
+                                                    camera.lens.height(), camera.sensor.bit_depth) +
+                                        (camera.channel ? ", " + text_of(*camera.channel) : "");
   return identity;
 }
 

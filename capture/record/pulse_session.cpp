@@ -19,8 +19,8 @@ using SteadyClock = std::chrono::steady_clock;
 /// For one look at a camera: its buffers hold the frames that come while the others are looked at.
 constexpr std::chrono::milliseconds kLook{20};
 constexpr const char* kGivenUp = "given up";
-constexpr double kShareOfMemory =
-    0.8;  ///< of what is free: frames that wait and images that are written, too
+/// Of what is free: frames that wait and images that are written need some, too.
+constexpr double kShareOfMemory = 0.8;
 
 /// What programs can have without swapping, as the kernel says; nullopt where it does not.
 std::optional<double> available_memory_bytes() {
@@ -127,11 +127,9 @@ class PulseSession {
 
   void restart(Streams& streams) const {
     try {
-      streams.restart();
-    } catch (const DeviceFault& still) {
-      if (still.kind() == DeviceFault::Kind::gone) give_up(still.what());
-    } catch (const UserError& refused) {
-      warn(refused.what());  // the next try finds no stream, and counts
+      streams.restart_for_next_try();
+    } catch (const DeviceFault& gone) {
+      give_up(gone.what());
     }
   }
 

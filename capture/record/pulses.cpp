@@ -30,13 +30,14 @@ struct Layout {
   std::vector<std::string> faults;  ///< by frame
   std::vector<double> steps_ns;     ///< between neighbouring pulses
   std::int64_t n_slots = 0;         ///< from the first pulse that came to the last
-  std::int64_t n_taken = 0;         ///< of them
+  std::set<std::int64_t> taken;     ///< of them, those with a frame of their own
   std::int64_t first = 0;           ///< pulse of the sequence that slot 0 is
   bool placed = false;              ///< `first` is known
   int n_doubled = 0, n_irregular = 0;
 
+  std::int64_t n_taken() const { return static_cast<std::int64_t>(taken.size()); }
   std::int64_t cost(int expected) const {
-    return n_doubled + n_irregular + (n_slots - n_taken) + std::abs(expected - n_slots);
+    return n_doubled + n_irregular + (n_slots - n_taken()) + std::abs(expected - n_slots);
   }
 };
 
@@ -50,10 +51,8 @@ class LayoutMaker {
     for (std::size_t i = 0; i < frames_.size(); ++i) place(i);
     for (const std::size_t damaged : waiting_) layout_.slots[damaged] = ++slot_;
     layout_.n_slots = slot_ + 1;
-    std::set<std::int64_t> taken;
     for (std::size_t i = 0; i < frames_.size(); ++i)
-      if (layout_.faults[i] != kDoubled) taken.insert(layout_.slots[i]);
-    layout_.n_taken = static_cast<std::int64_t>(taken.size());
+      if (layout_.faults[i] != kDoubled) layout_.taken.insert(layout_.slots[i]);
     layout_.n_doubled = static_cast<int>(std::ranges::count(layout_.faults, kDoubled));
     layout_.n_irregular = static_cast<int>(std::ranges::count(layout_.faults, kIrregular));
   }
@@ -293,7 +292,7 @@ class TrainJudge {
   }
 
   void judge_count() {
-    const std::int64_t came = layout_.n_taken, short_of = expected_ - layout_.n_slots;
+    const std::int64_t came = layout_.n_taken(), short_of = expected_ - layout_.n_slots;
     if (short_of < 0)
       return add(FaultKind::too_many, 0,
                  fmt::format("{} pulses were expected, {} came in camera \"{}\"", expected_, layout_.n_slots,
@@ -336,14 +335,11 @@ class TrainJudge {
 
   /// Missing pulses between two frames: the camera took none, or its frames were lost on the way.
   void judge_gaps() {
-    std::set<std::int64_t> taken;
-    for (std::size_t i = 0; i < train_.frames.size(); ++i)
-      if (layout_.faults[i] != kDoubled) taken.insert(layout_.slots[i]);
     for (std::size_t i = 1; i < train_.frames.size(); ++i) {
       std::int64_t lost = lost_before(i);
       const std::int64_t from = layout_.slots[i - 1], to = layout_.slots[i];
       for (std::int64_t slot = from + 1; slot < std::min(to, from + kMostMissingNamed); ++slot) {
-        if (taken.contains(slot)) continue;
+        if (layout_.taken.contains(slot)) continue;
         if (lost > 0)
           add_at(FaultKind::lost, slot, "was lost on its way");
         else
@@ -419,13 +415,13 @@ PulseVerdict judge_pulses(const std::vector<PulseTrain>& trains, int expected) {
   std::optional<std::size_t> whole;
   for (std::size_t c = 0; c < trains.size(); ++c) {
     layouts[c].placed = layouts[c].n_slots == expected;
-    if (!whole && layouts[c].placed && layouts[c].n_taken == expected && layouts[c].n_irregular == 0)
+    if (!whole && layouts[c].placed && layouts[c].n_taken() == expected && layouts[c].n_irregular == 0)
       whole = c;
   }
   PulseVerdict verdict;
   if (interval_ns > 1.0) verdict.interval_ms = interval_ns / kNsPerMs;
   for (std::size_t c = 0; c < trains.size(); ++c) {
-    const bool tells = layouts[c].n_taken > 2 || (whole && shared_origin(trains[*whole], trains[c]));
+    const bool tells = layouts[c].n_taken() > 2 || (whole && shared_origin(trains[*whole], trains[c]));
     if (whole && !layouts[c].placed && tells)
       place_by_neighbour(trains[*whole], layouts[*whole], trains[c], expected, &layouts[c]);
     TrainJudge(trains[c], layouts[c], expected, interval_ns, &verdict.faults).judge();

@@ -135,11 +135,9 @@ class Session {
       if (!signal_comes_back()) give_up(fault, step);
     } else {
       try {
-        streams_.restart();
-      } catch (const DeviceFault& still) {
-        if (still.kind() == DeviceFault::Kind::gone) give_up(still, step);
-      } catch (const UserError& refused) {
-        warn(refused.what());  // the next try finds no stream, and counts
+        streams_.restart_for_next_try();
+      } catch (const DeviceFault& gone) {
+        give_up(gone, step);
       }
     }
   }

@@ -4,6 +4,7 @@
 #include "capture/device/camera_device.hpp"
 #include "capture/device/pattern_display.hpp"
 #include "twin/base/not_copyable.hpp"
+#include "twin/base/progress.hpp"
 
 namespace fringetwin::capture {
 
@@ -15,6 +16,17 @@ class Streams : NotCopyable {
   void restart() {
     stop();
     start();
+  }
+  /// The same for another try after a fault: a device that refuses is warned about, for the next try finds no
+  /// stream, and counts. Throws DeviceFault(gone).
+  void restart_for_next_try() {
+    try {
+      restart();
+    } catch (const DeviceFault& still) {
+      if (still.kind() == DeviceFault::Kind::gone) throw;
+    } catch (const UserError& refused) {
+      warn(refused.what());
+    }
   }
 
  private:

@@ -13,6 +13,11 @@ constexpr double kFlickerShown = 2e-3;  ///< 59.94 Hz for 60 is 0.1 %; noise of 
 
 int frames_of(const Step& step) { return step.average * static_cast<int>(step.pictures.size()); }
 
+/// Returns the number of whole frames next to an exposure; 1 at least.
+double whole_frames(double exposure_ms, double frame_ms) {
+  return std::max(1.0, std::round(exposure_ms / frame_ms));
+}
+
 /// Time of one camera for the frames of a step; nullopt where the device does not say.
 std::optional<double> camera_ms(const CameraTiming& camera, const Step& step, const CapturePlan& plan) {
   const std::optional<double> exposure_ms = step.exposure_ms ? step.exposure_ms : camera.exposure_ms;
@@ -52,7 +57,7 @@ std::optional<double> least_seconds(const RigTiming& timing, const std::vector<S
 
 double flicker_share(double exposure_ms, double projector_frame_ms) {
   const double frames = exposure_ms / projector_frame_ms;
-  return std::abs(frames - std::max(1.0, std::round(frames))) / frames;
+  return std::abs(frames - whole_frames(exposure_ms, projector_frame_ms)) / frames;
 }
 
 std::vector<std::string> flicker_warnings(const RigTiming& timing, const std::vector<double>& exposures_ms) {
@@ -65,7 +70,7 @@ std::vector<std::string> flicker_warnings(const RigTiming& timing, const std::ve
     for (const double exposure_ms : all) {
       const double share = flicker_share(exposure_ms, frame_ms);
       if (share <= kFlickerShown) continue;
-      const double whole_ms = frame_ms * std::max(1.0, std::round(exposure_ms / frame_ms));
+      const double whole_ms = frame_ms * whole_frames(exposure_ms, frame_ms);
       warnings.push_back(
           fmt::format("camera \"{}\": an exposure of {:.6g} ms is {:.4g} frames of the projector ({:.6g} "
                       "ms); light that it "

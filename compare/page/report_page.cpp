@@ -103,9 +103,8 @@ class Sections {
 std::string subtitle(const Twin& twin, const ReportInput& in) {
   std::string cameras;
   for (const Camera& c : twin.cameras)
-    cameras += fmt::format(
-        "{}“{}” {} × {} px{}", cameras.empty() ? "" : ", ", c.name, c.lens.width(), c.lens.height(),
-        c.channel ? fmt::format(" ({} of {})", name_of(c.channel->colour), c.channel->mosaic) : "");
+    cameras += fmt::format("{}“{}” {} × {} px{}", cameras.empty() ? "" : ", ", c.name, c.lens.width(),
+                           c.lens.height(), c.channel ? " (" + text_of(*c.channel) + ")" : "");
   std::string held_out;  // of a real capture what says most about the twin
   for (const std::string& sentence : held_out_sentences(in.comparison.held_out)) held_out += sentence + " · ";
   return held_out + fmt::format("Simulated against {} measurement · {} · {} images each",

@@ -24,6 +24,27 @@ float weighted(const float* row, int i, int n, std::ptrdiff_t step, const std::v
   return static_cast<float>(sum / weights);
 }
 
+// The images of the sequence, then the white and black ones where there are such.
+std::vector<ImageF*> all_images(RenderedCamera* rendered) {
+  std::vector<ImageF*> images;
+  for (ImageF& image : rendered->irradiance) images.push_back(&image);
+  for (auto* image : {&rendered->white, &rendered->black})
+    if (*image) images.push_back(&**image);
+  return images;
+}
+
+void apply_lens_effects(const Camera& camera, RenderedCamera* rendered) {
+  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
+  if (!vignetting && camera.psf_px == 0.0) return;
+  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
+  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
+  for (ImageF* image : all_images(rendered)) {
+    if (vignetting)
+      for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
+    if (!kernel.empty()) *image = convolve_separable(*image, kernel);
+  }
+}
+
 }  // namespace
 
 std::vector<double> psf_kernel(double sigma_px) {
@@ -60,11 +81,9 @@ double vignetting_factor(const Camera& camera, double x_px, double y_px) {
     return std::pow(std::max(0.0, d ? d->z() / d->norm() : 0.0), 4);
   }
   if (camera.vignetting.kind == Vignetting::Kind::none) return 1.0;
-  Eigen::Vector2d size_px(camera.lens.width(), camera.lens.height()), at_px(x_px, y_px);
-  if (camera.channel) {  // the lens darkens the sensor, whichever of its pixels are the image
-    size_px = camera.channel->sensor_px.cast<double>();
-    at_px = sensor_place_px(*camera.channel, at_px);
-  }
+  // the lens darkens the sensor, whichever of its pixels are the image
+  const Eigen::Vector2d size_px = camera.sensor_px().cast<double>(),
+                        at_px = camera.on_sensor_px({x_px, y_px});
   const double corner = 0.5 * size_px.norm();
   const double u = (at_px.x() - 0.5 * (size_px.x() - 1.0)) / corner,
                v = (at_px.y() - 0.5 * (size_px.y() - 1.0)) / corner;
@@ -81,31 +100,6 @@ ImageF vignetting_map(const Camera& camera) {
     for (int x = 0; x < map.width; ++x) map(x, y) = static_cast<float>(vignetting_factor(camera, x, y));
   return map;
 }
-
-namespace {
-
-// The images of the sequence, then the white and black ones where there are such.
-std::vector<ImageF*> all_images(RenderedCamera* rendered) {
-  std::vector<ImageF*> images;
-  for (ImageF& image : rendered->irradiance) images.push_back(&image);
-  for (auto* image : {&rendered->white, &rendered->black})
-    if (*image) images.push_back(&**image);
-  return images;
-}
-
-void apply_lens_effects(const Camera& camera, RenderedCamera* rendered) {
-  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
-  if (!vignetting && camera.psf_px == 0.0) return;
-  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
-  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
-  for (ImageF* image : all_images(rendered)) {
-    if (vignetting)
-      for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
-    if (!kernel.empty()) *image = convolve_separable(*image, kernel);
-  }
-}
-
-}  // namespace
 
 void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
   FT_CHECK(!camera.spreads_over_sensor(), "a point spread reaches over pixels of other colours");

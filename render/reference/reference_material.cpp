@@ -37,11 +37,9 @@ double reference_vignetting(const Camera& camera, const Eigen::Vector2d& q_px) {
       return d ? std::pow(std::cos(std::atan2(d->head<2>().norm(), d->z())), 4) : 0.0;
     }
     case Vignetting::Kind::polynomial: {
-      const Lens sensor = camera.whole_lens();  // by the middle and corners of the whole sensor
-      const Eigen::Vector2d size(sensor.width(), sensor.height());
-      const Eigen::Vector2d on_sensor = camera.channel ? sensor_place_px(*camera.channel, q_px) : q_px;
+      const Eigen::Vector2d size = camera.sensor_px().cast<double>();
       const Eigen::Vector2d from_middle =
-          (on_sensor - 0.5 * (size - Eigen::Vector2d::Ones())) / (0.5 * size.norm());
+          (camera.on_sensor_px(q_px) - 0.5 * (size - Eigen::Vector2d::Ones())) / (0.5 * size.norm());
       const double r = from_middle.norm();
       double factor = 1.0 + from_middle.dot(Eigen::Vector2d(camera.vignetting.tilt.data()));
       for (int i = 0; i < 3; ++i) factor += camera.vignetting.a[i] * std::pow(r, 2 * i + 2);

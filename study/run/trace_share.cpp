@@ -101,7 +101,7 @@ ShareKeys share_keys(const Twin& twin, const StudyPoint& point) {
   // A table "sensor" as a whole is passed over above; what it says of the image's pixels is no sensor's
   // matter.
   for (const Camera& camera : twin.cameras)
-    if (camera.channel) head += camera.channel->mosaic + ' ' + name_of(camera.channel->colour) + '\n';
+    if (camera.channel) head += text_of(*camera.channel) + '\n';
   return {join(head, trace), join(head, form)};
 }
 

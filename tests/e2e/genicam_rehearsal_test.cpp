@@ -210,17 +210,11 @@ class Rehearsal {
   std::atomic<unsigned> n_captures_ = 0;
 };
 
-#define NEEDS_DISPLAY(rig)                                                                    \
-  if (!(rig).has_display()) {                                                                 \
-    ASSERT_FALSE(std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE")) << "no Xvfb"; \
-    GTEST_SKIP() << "SKIPPED: no Xvfb";                                                       \
-  }
-
 // 180,000 bytes are 130 packets: with 0.2 % lost one frame of four has holes.
 TEST(GenicamRehearsal, AMonochromeRigIsExplained) {
   FT_NEED_DEVICE();
   Rehearsal rig("mono");
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   rig.fake.lose(0.002);
   const RunResult run = rig.capture("sensor", "real", {"--format", "Mono12p", "--timeout-ms", "2000"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -230,7 +224,7 @@ TEST(GenicamRehearsal, AMonochromeRigIsExplained) {
 TEST(GenicamRehearsal, EachColourOfASensorIsExplained) {
   FT_NEED_DEVICE();
   Rehearsal rig("colours", "GRBG");
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   const RunResult raw = rig.capture("sensor", "raw", {"--format", "BayerGR12p"});
   ASSERT_EQ(raw.exit_code, 0) << raw.err;
   EXPECT_THAT(raw.err, HasSubstr("raw mosaic of a colour sensor"));
@@ -263,7 +257,7 @@ TEST(GenicamRehearsal, AProjectorThatRunsByItselfIsExplained) {
 TEST(GenicamRehearsal, AnotherMosaicIsRefused) {
   FT_NEED_DEVICE();
   Rehearsal rig("other", "GRBG");
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   rig.write_twin("blue", rig_twin(keys_of("RGGB", MosaicColour::blue)));
   const RunResult run = rig.capture("blue", "real", {"--format", "BayerGR12p"});
   EXPECT_EQ(run.exit_code, 4);

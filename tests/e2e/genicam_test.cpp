@@ -106,12 +106,6 @@ class Rig {
   Twin twin_;
 };
 
-#define NEEDS_DISPLAY(rig)                                                                    \
-  if (!(rig).has_display()) {                                                                 \
-    ASSERT_FALSE(std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE")) << "no Xvfb"; \
-    GTEST_SKIP() << "SKIPPED: no Xvfb";                                                       \
-  }
-
 TEST(GenicamCapture, EveryImageIsThePatternShown) {
   for (const auto& [format, bits] : {std::pair{"Mono8", 8},
                                      {"Mono12", 12},
@@ -120,7 +114,7 @@ TEST(GenicamCapture, EveryImageIsThePatternShown) {
                                      {"Mono10p", 10},
                                      {"Mono16", 16}}) {
     Rig rig(format, bits);
-    NEEDS_DISPLAY(rig);
+    FT_NEED_XVFB(rig.has_display());
     const RunResult run = rig.capture({"--format", format, "--latency-ms", "30"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(rig.recorded_and_wrong(), std::pair(rig.n_patterns(), 0)) << format;
@@ -136,7 +130,7 @@ TEST(GenicamCapture, EveryImageIsThePatternShown) {
 
 TEST(GenicamCapture, FramesThatComeByThemselvesAreSettled) {
   Rig rig("free", 8);
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   const RunResult run = rig.capture({"--trigger", "off", "--settle", "3", "--exposure-unit-ms", "7"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr(fmt::format("{0} patterns, {0} frames of each camera: ", rig.n_patterns())));
@@ -148,7 +142,7 @@ TEST(GenicamCapture, FramesThatComeByThemselvesAreSettled) {
 TEST(GenicamCapture, LostPacketsCostTimeAndNoImage) {
   for (const double share : {0.005, 0.02, 0.05}) {
     Rig rig("lossy", 8);
-    NEEDS_DISPLAY(rig);
+    FT_NEED_XVFB(rig.has_display());
     rig.fake.lose(share);
     RunResult run = rig.capture({"--latency-ms", "30", "--timeout-ms", "700"});
     for (int tries = 0; run.exit_code == 4 && tries < 5; ++tries) {
@@ -167,7 +161,7 @@ TEST(GenicamCapture, LostPacketsCostTimeAndNoImage) {
 
 TEST(GenicamCapture, ACameraThatDiesLeavesARecordingToGoOnWith) {
   Rig rig("dies", 12);
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   rig.fake.set_period_us(100'000);
   std::thread death([&] {
     while (rig.fake.n_sent() < 6) std::this_thread::sleep_for(5ms);
@@ -192,7 +186,7 @@ TEST(GenicamCapture, ACameraThatDiesLeavesARecordingToGoOnWith) {
 // The camera is switched off and on after each kill, or it is held for three seconds more.
 TEST(GenicamCapture, KilledFiftyTimesNoImageIsWrong) {
   Rig rig("kills", 12);
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   const auto begin = std::chrono::steady_clock::now();
   ASSERT_EQ(rig.capture({"--latency-ms", "30"}).exit_code, 0);
   const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -224,7 +218,7 @@ TEST(GenicamCapture, KilledFiftyTimesNoImageIsWrong) {
 
 TEST(GenicamCapture, ACameraOfAnotherProgramIsNotTaken) {
   Rig rig("held", 8);
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   std::map<std::string, std::string> ignored;
   {
     const auto holder = open_genicam("genicam:T01", &ignored);
@@ -239,7 +233,7 @@ TEST(GenicamCapture, ACameraOfAnotherProgramIsNotTaken) {
 
 TEST(GenicamCapture, MistakesAreOneSentence) {
   Rig rig("mistakes", 8);
-  NEEDS_DISPLAY(rig);
+  FT_NEED_XVFB(rig.has_display());
   EXPECT_THAT(rig.capture({"--control", "Gain=0"}).err, HasSubstr("it has GainRaw, GainAuto"));
   EXPECT_THAT(rig.capture({"--control", "GainRaw=1000000"}).err, HasSubstr("out of range"));
   EXPECT_THAT(rig.capture({"--format", "Mono13"}).err, HasSubstr("it has BayerBG8"));

@@ -90,3 +90,11 @@ class Xvfb {
 };
 
 }  // namespace fringetwin::testing
+
+/// Skips the test in whose body it stands where `server_started` says that there is no Xvfb; there it fails
+/// when devices are required.
+#define FT_NEED_XVFB(server_started)                                                          \
+  if (!(server_started)) {                                                                    \
+    ASSERT_FALSE(std::getenv("CI") || std::getenv("FRINGETWIN_REQUIRE_DEVICE")) << "no Xvfb"; \
+    GTEST_SKIP() << "SKIPPED: no Xvfb";                                                       \
+  }
