@@ -64,7 +64,7 @@ Effect interreflection() {
           "no light from surface to surface",
           [](const Twin& t) { return t.render.bounces > 0; },
           [](Twin& t) { t.render.bounces = 0; },
-          "[render] bounces = 1"};
+          "[render] bounces = \"all\""};
 }
 
 /// Makes an effect of every camera, or of every object: it is on where one has it.

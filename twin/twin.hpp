@@ -271,6 +271,9 @@ void list_keys(Keys& keys, const Room*) {
   keys("lamp");
 }
 
+/// Of RenderOptions::bounces: as long as light is left, "all" in a file; and the largest number in a file.
+inline constexpr int kAllBounces = 1000, kMostBounces = 100;
+
 enum class Sampler { gauss, multi_jittered, sobol, adaptive };
 
 struct RenderOptions {
@@ -279,8 +282,9 @@ struct RenderOptions {
   double gray_error = 1e-4;    ///< rms over all pixels, fraction of the sensor's full scale
   std::optional<int> samples;  ///< fixed sampling when given
   std::optional<Sampler> sampler;
-  bool shadow = true;       ///< false: nothing hides a point from the projector
-  int bounces = 0;          ///< 1: light that comes from the projector over another surface
+  bool shadow = true;  ///< false: nothing hides a point from the projector
+  /// Over how many other surfaces light of the projector may come before the one that is seen.
+  int bounces = 0;
   int bounce_samples = 64;  ///< directions per sample of the pixel
 };
 template <class Keys>
@@ -291,7 +295,7 @@ void list_keys(Keys& keys, const RenderOptions*) {
   keys("samples", &RenderOptions::samples, 1, 65536);
   keys("sampler");
   keys("shadow", &RenderOptions::shadow);
-  keys("bounces", &RenderOptions::bounces, 0, 1);
+  keys("bounces");
   keys("bounce_samples", &RenderOptions::bounce_samples, 1, 4096);
 }
 

@@ -292,8 +292,10 @@ class ParameterList : private GroupList {
         twin_.objects.size() == 1 &&
         !std::visit([]<class S>(const S&) { return S::kLightsItself; }, twin_.objects[0].shape);
     if (!twin_.projector || alone || twin_.objects.empty() || twin_.fringes.has_harmonics_field()) return;
-    Parameter& p = add("bounces", "", twin_.render.bounces, 1.0,
-                       [](Twin& t, double d) { t.render.bounces += static_cast<int>(std::lround(d)); });
+    Parameter& p = add("bounces", "", twin_.render.bounces > 0 ? 1.0 : 0.0, 1.0, [](Twin& t, double d) {
+      if (d >= 0.5 && t.render.bounces == 0) t.render.bounces = kAllBounces;  // as surfaces do
+      if (d <= -0.5) t.render.bounces = 0;
+    });
     p.is_switch = true;
     p.smallest = 0.0;
     p.largest = 1.0;
@@ -333,7 +335,7 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"albedo", "diffuse reflectivity of each object", "reflectivity of the objects (albedo)"},
       {"specular", "gloss of each object, its shininess held", "gloss of the objects (specular)"},
       {"bounce", "light that reaches a surface by way of another",
-       "a second bounce of the light (interreflection)"},
+       "light that reaches a surface by way of others (interreflection)"},
       {"light", "brightness of each image", "the light differed from image to image (lamp flicker or drift)",
        "",
        "have it taken out by [measure] light = \"corrected\", or record again with a steady lamp or "

@@ -155,7 +155,7 @@ Numbers numbers_of(const Twin& twin) {
     out[object.name + ".diffuse"] = object.material.diffuse;
     out[object.name + ".specular"] = object.material.specular;
   }
-  out["bounces"] = twin.render.bounces;
+  out["bounces"] = twin.render.bounces > 0 ? 1.0 : 0.0;
   return out;
 }
 

@@ -152,7 +152,7 @@ class Refiner {
     const Twin as_written = twin_;
     const Eigen::VectorXd begin = values_to_begin_at();
     Twin scattering = twin_;
-    if (!switches_.empty()) scattering.render.bounces = 1;
+    if (!switches_.empty()) scattering.render.bounces = kAllBounces;
     sensitivity_.add_scatter_of(scattering);
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();

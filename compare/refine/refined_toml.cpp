@@ -203,7 +203,10 @@ std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after) {
   room.key("lamp", lamp(before), lamp(after));
   room.append_to(blocks);
   ChangedKeys render({.table = {"render"}, .may_be_new = true});
-  render.key("bounces", fmt::format("{}", before.render.bounces), fmt::format("{}", after.render.bounces));
+  const auto bounces = [](const Twin& t) {
+    return t.render.bounces >= kAllBounces ? std::string("\"all\"") : fmt::format("{}", t.render.bounces);
+  };
+  render.key("bounces", bounces(before), bounces(after));
   render.append_to(blocks);
   return blocks;
 }

@@ -25,6 +25,8 @@ std::span<const std::uint32_t> kernel_code(Kernel kernel, bool storage, bool pre
       return choose(facets_spv, facets_storage_spv, facets_precise_spv, facets_precise_storage_spv);
     case Kernel::lines:
       return choose(lines_spv, lines_storage_spv, lines_precise_spv, lines_precise_storage_spv);
+    case Kernel::gather:
+      return choose(gather_spv, gather_storage_spv, gather_precise_spv, gather_precise_storage_spv);
   }
   FT_CHECK(false, "unknown kernel");
   return {};

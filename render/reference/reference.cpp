@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <random>
 #include <tuple>
 
 #include "render/base/quadrature.hpp"
@@ -122,6 +125,7 @@ struct Reference::Impl {
   void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
   double lamp(const SceneHit& hit, const PixelSample& sample) const;
   void gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const;
+  void follow_back(SceneHit hit, PixelSample at, double share, PixelSample& sample) const;
   void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
   PixelSample trace(const Ray& ray, int bounce_n = 0) const;
   void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
@@ -306,7 +310,38 @@ void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sam
       const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n);
       if (lit.lit)
         sample.indirect.push_back({share * diffuse * lit.weight, lit.projector_px, lit.defocus_px});
+      if (twin.render.bounces > 1) follow_back(*other, lit, share * diffuse, sample);
     }
+}
+
+// Light that came over more surfaces, by one path at random from a place of the one before: the mean over
+// paths is that of all light. Nothing of the renderer's cells.
+void Reference::Impl::follow_back(SceneHit hit, PixelSample at, double share, PixelSample& sample) const {
+  constexpr double kNothingLeft = 1e-6;
+  std::array<std::uint64_t, 3> place{};
+  std::memcpy(place.data(), at.point_world_mm.data(), sizeof(place));
+  std::mt19937_64 random(place[0] ^ (place[1] * 31) ^ (place[2] * 1009));
+  std::uniform_real_distribution<double> uniform;
+  const double first = share;
+  for (int k = 1; k < twin.render.bounces; ++k) {
+    share *= twin.objects[hit.object].material.diffuse * hit.albedo;
+    if (!(share > kNothingLeft * first)) return;
+    const Eigen::Vector3d N =
+        hit.shading.dot(at.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
+    const Eigen::Vector3d T = N.unitOrthogonal(), B = N.cross(T);
+    const double sine2 = uniform(random), angle = 2.0 * pi * uniform(random);
+    const Eigen::Vector3d d =
+        std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
+    if (d.dot(at.normal_world) <= 0.0) return;
+    const Ray ray{at.point_world_mm + kShadowStartMm * at.normal_world, d};
+    const auto next = nearest(ray);
+    if (!next) return;
+    at = {.point_world_mm = ray.origin_mm + next->t_mm * d,
+          .normal_world = next->normal.dot(d) > 0.0 ? Eigen::Vector3d(-next->normal) : next->normal};
+    light(ray, *next, false, at);
+    if (at.lit) sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
+    hit = *next;
+  }
 }
 
 PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {

@@ -52,7 +52,11 @@ struct uvec4 {
 #define BIND_PROBE_OUT 17
 #define BIND_LINKS 18      // per triangle of each mesh instance: neighbours opposite its corners, LINK_ bits
 #define BIND_STARTS 19     // per mesh instance and tile of pixels: a triangle near by, -1 none
-#define BIND_COUNT 20
+#define BIND_POINTS 20     // of gather.comp: position and seed, shading normal, normal
+#define BIND_HITS 21       // per point and after it per direction: position and a number, the two normals
+#define BIND_CELL_TABLE 22 // key and number of each cell, by the hash of the key
+#define BIND_CELL_LIGHT 23 // per cell: mean, (cosine, sine) per pair, direct images
+#define BIND_COUNT 24
 
 // ---- kinds of analytic primitives: X(number of the constant N_KIND, KIND, kind, index of the first). All primitives
 // of a kind follow one another, the mesh instances come last. shapes.glsl has hit_kind(), kind_blocks() and kind_t().
@@ -90,7 +94,8 @@ struct uvec4 {
   X(26, LINKS, 0, links) /* LINKS_ bits */ \
   X(27, BLUR_FIELD, 0, projector.has_blur_field()) /* the blur varies over the projector's image */ \
   X(28, LIGHT_FIELD, 0, projector.has_light_field()) /* and so does the light */ \
-  X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */
+  X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */ \
+  X(30, MORE_BOUNCES, 0, cells != nullptr) /* light that has come over two surfaces and more */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -103,6 +108,13 @@ struct uvec4 {
 #define SAMPLER_MULTI_JITTERED 1
 #define SAMPLER_SOBOL 2
 #define SAMPLER_MULTI_JITTERED_ANY 3
+
+// ---- cells of light that comes over several surfaces (render/indirect/)
+#define CELL_BITS 9  // of a cell's place along each axis; three more tell which side its normals face
+#define CELLS_PER_AXIS (1 << CELL_BITS)
+#define CELL_HASH 2654435761u  // Knuth, The Art of Computer Programming 3, 6.4: 2^32 over the golden ratio
+#define CELL_HASH_SHIFT 8
+#define CELL_PROBES 16
 
 // How a pixel of the adaptive trace is done, after a look at its neighbourhood.
 #define PIXEL_DONE 0    // nothing in it, or the closed form holds
@@ -159,6 +171,9 @@ struct uvec4 {
   /* the way to the room's lamp, beyond all objects; what it sends from a surface of diffuse = 1 that faces it. Ambient light beside it */ \
   X(lamp, lamp_way_mm(job).x(), lamp_way_mm(job).y(), lamp_way_mm(job).z(), twin.room.lamp_world.norm()) \
   X(lamp_rest, projector.ambient, 0.0, 0.0, 0.0) \
+  /* the corner of the grid of cells in the camera's frame, cells per mm; entries of their table less one */ \
+  X(cell_grid, cell_corner_mm(job).x(), cell_corner_mm(job).y(), cell_corner_mm(job).z(), cells_per_mm(job)) \
+  X(cell_table, cell_table_mask(job), 0.0, 0.0, 0.0) \
   /* samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y */ \
   X(projector_gaps, gap_samples(pass), projector.pixel_fill, raster_phase(setup.cx), raster_phase(setup.cy))
 #define DECLARE_NUMBERS(member, x, y, z, w) vec4 member;
@@ -207,9 +222,9 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 30 * 16);
-static_assert(offsetof(Params, direct) == (30 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
-static_assert(sizeof(Params) == (30 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 32 * 16);
+static_assert(offsetof(Params, direct) == (32 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
+static_assert(sizeof(Params) == (32 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

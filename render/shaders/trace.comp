@@ -11,6 +11,7 @@
 #include "shade.glsl"
 #include "footprint.glsl"
 #include "work_items.glsl"
+#include "cells.glsl"
 #include "bounce.glsl"
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "render/indirect/light_cells.hpp"
 #include "render/scene/pack_scene.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -105,6 +106,12 @@ Vector3d lamp_way_mm(const TraceJob& job) {
              : Vector3d::UnitZ();
 }
 
+Vector3d cell_corner_mm(const TraceJob& job) {
+  return job.cells ? Vector3d(job.cells->grid().corner_mm.cast<double>()) : Vector3d::Zero();
+}
+double cells_per_mm(const TraceJob& job) { return job.cells ? job.cells->grid().per_mm : 0.0; }
+double cell_table_mask(const TraceJob& job) { return job.cells ? job.cells->table_mask() : 0.0; }
+
 template <class... Number>
 Double4 as_doubles(Number... number) {
   return {static_cast<double>(number)...};
@@ -174,7 +181,8 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
 }
 
 ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
-  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics] = job;
+  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, cells] =
+      job;
   FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
   using P = gpu::Params;
   const Projector& projector = *twin.projector;
@@ -214,7 +222,8 @@ void set_adaptive(const TraceJob& job, const AdaptiveTargets& targets, ParamsBlo
 }
 
 SpecConstants make_constants(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
-  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics] = job;
+  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, cells] =
+      job;
   const int links = shortcuts.kinds;
   const Projector& projector = *twin.projector;
   SpecConstants c{};

@@ -14,6 +14,7 @@
 
 namespace fringetwin::render {
 
+class LightCells;
 struct ProjectorSetup;
 
 struct TraceJob {
@@ -28,6 +29,7 @@ struct TraceJob {
   std::uint64_t seed;
   Transport* out;
   const HarmonicsPlan& harmonics;
+  const LightCells* cells = nullptr;  ///< of light over two surfaces and more; nullptr: none
 };
 
 }  // namespace fringetwin::render

@@ -55,8 +55,14 @@ RenderOptions read_render(const TomlTable& root) {
   if (!table) return render;
   table->allow(names_of_keys<RenderOptions>());
   read_plain_keys(*table, render);
+  if (table->is_string("bounces")) {
+    table->required_choice("bounces", {"all"});
+    render.bounces = kAllBounces;
+  } else {
+    render.bounces = table->integer("bounces", 0, kMostBounces).value_or(0);
+  }
   if (table->has("bounce_samples") && render.bounces == 0)
-    table->fail("bounce_samples", "has no effect without bounces = 1");
+    table->fail("bounce_samples", "has no effect without bounces", "add bounces = \"all\"");
   if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
     render.sampler = *sampler == "adaptive"         ? Sampler::adaptive
                      : *sampler == "gauss"          ? Sampler::gauss

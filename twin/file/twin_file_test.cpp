@@ -327,9 +327,13 @@ TEST_F(TwinFile, Bounces) {
   const RenderOptions r = load(kMinimal + "[render]\nbounces = 1\nbounce_samples = 16\n").render;
   EXPECT_EQ(r.bounces, 1);
   EXPECT_EQ(r.bounce_samples, 16);
-  EXPECT_THAT(error(kMinimal + "[render]\nbounces = 2\n", "bounces"), HasSubstr("must be 0 ... 1, is 2"));
+  EXPECT_EQ(load(kMinimal + "[render]\nbounces = 5\n").render.bounces, 5);
+  EXPECT_EQ(load(kMinimal + "[render]\nbounces = \"all\"\n").render.bounces, kAllBounces);
+  EXPECT_THAT(error(kMinimal + "[render]\nbounces = 101\n", "bounces"),
+              HasSubstr("must be 0 ... 100, is 101"));
+  EXPECT_THAT(error(kMinimal + "[render]\nbounces = \"al\"\n", "bounces"), HasSubstr("\"all\""));
   EXPECT_THAT(error(kMinimal + "[render]\nbounce_samples = 9\n", "bounce_samples"),
-              HasSubstr("has no effect without bounces = 1"));
+              HasSubstr("has no effect without bounces"));
 }
 
 TEST_F(TwinFile, CameraModelFilesInMetresAndMillimetres) {

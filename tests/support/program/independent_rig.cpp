@@ -218,7 +218,9 @@ std::string twin_toml(const fs::path& captures, const TwinOptions& options) {
   text += "[measure]\ntriangulate = \"stereo\"\nmin_modulation_dn = 20\n";
   for (const Object& object : twin.objects)
     text += fmt::format("[[measure.fit]]\nobject = \"{}\"\n", object.name);
-  text += fmt::format("[render]\nbounces = {}\n", options.bounces);
+  text +=
+      fmt::format("[render]\nbounces = {}\n",
+                  options.bounces >= kAllBounces ? std::string("\"all\"") : std::to_string(options.bounces));
   if (options.samples > 0) text += fmt::format("sampler = \"gauss\"\nsamples = {}\n", options.samples);
   text += fmt::format("[real]\ncaptures = \"{}\"\n", captures.string());
   return text;

@@ -22,7 +22,7 @@ const std::map<std::string, RigCase>& cases() {
       {"right_bent",
        {.wrong = false, .rig = {.light = bent}, .twin = {.gamma = 1.2, .blur_px = 1.0, .samples = 64}}},
       {"right_bounce",
-       {.wrong = false, .rig = {.second_bounce = true}, .twin = {.bounces = 1, .samples = 36}}},
+       {.wrong = false, .rig = {.second_bounce = true}, .twin = {.bounces = kAllBounces, .samples = 36}}},
       {"gain_tilt", {.rig = {.gain_tilt = 0.05}}},
       {"gamma", {.rig = {.light = bent}, .twin = {.blur_px = 1.0}}},
       {"pose", {.twin = {.sphere_shift_mm = {0.03, 0.0, 0.04}}}},

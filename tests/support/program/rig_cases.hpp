@@ -12,7 +12,7 @@ namespace fringetwin::testing {
 // |-----------------|---------------------------------|---------------------------------------|
 // | right           | gamma 1, no blur                | the same                              |
 // | right_bent      | gamma 1.2, blur 1 px            | the same                              |
-// | right_bounce    | light over a second surface     | the same ([render] bounces = 1)       |
+// | right_bounce    | light over a second surface     | the same ([render] bounces all)       |
 // | gain_tilt       | a gain 5 % larger at the right border than at the left one | one gain   |
 // | gamma           | gamma 1.2, blur 1 px            | gamma 1, blur 1 px                    |
 // | pose            |                                 | the ball 0.05 mm away: (0.03, 0, 0.04) |

@@ -96,7 +96,7 @@ class Indirect {
 std::vector<ImageF> indirect_irradiance(Twin twin, std::size_t camera) {
   Twin dark = twin;
   dark.render.bounces = 0;
-  twin.render.bounces = 1;
+  twin.render.bounces = kAllBounces;
   return Indirect(dark, twin, camera).images();
 }
 

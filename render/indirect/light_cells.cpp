@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/indirect/light_cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "render/trace/pixel_blocks.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+// The longest side of what the camera sees lit is divided into so many cells: light that has come over two
+// surfaces is smooth, and a point that gathers takes the mean over many cells (accuracy: docs/PHYSICS.md).
+constexpr int kCellsAcross = 48;
+// Pixels whose surroundings are looked at first.
+constexpr std::size_t kPixelsLookedFrom = 4096;
+// Cells that are met by light over so many others only send nothing on.
+constexpr int kMostRounds = 6;
+// More than scenes have; a bound for memory and time.
+constexpr std::size_t kMostCells = 60000;
+
+// Returns how many channels a cell has: the sums of the pass without the hits.
+std::size_t channels_of(const PassPlan& pass) { return pass.channels() - 1; }
+
+// Returns pixels of a square lattice over all blocks that can see something, as x | y << 15.
+std::vector<std::uint32_t> lattice_of(const TraceJob& job) {
+  const std::size_t all = job.blocks.size() * BLOCK_PIXELS;
+  const double thinned = std::ceil(std::sqrt(static_cast<double>(all) / kPixelsLookedFrom));
+  const int step = std::max(1, static_cast<int>(thinned));
+  std::vector<std::uint32_t> codes;
+  for (const std::uint32_t block : job.blocks) {
+    const auto [x0, y0] = corner_of(block);
+    for (int y = y0; y < std::min(y0 + BLOCK_HEIGHT, job.camera.lens.height()); ++y)
+      for (int x = x0; x < std::min(x0 + BLOCK_WIDTH, job.camera.lens.width()); ++x)
+        if (x % step == 0 && y % step == 0)
+          codes.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15);
+  }
+  return codes;
+}
+
+// The mixing function of splitmix64.
+std::uint64_t mixed(std::uint64_t z) {
+  z += 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+}  // namespace
+
+LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan& pass,
+                       const SampleSetup& samples) {
+  Gatherer gatherer(device, job, pass, samples);
+  for (const SurfacePlace& place : look_from_camera(gatherer, job)) meet(place);
+  find_transfer(gatherer, pass);
+}
+
+// Chooses the grid, and returns what light that the camera sees can have come from.
+std::vector<SurfacePlace> LightCells::look_from_camera(Gatherer& gatherer, const TraceJob& job) {
+  const std::vector<std::uint32_t> codes = lattice_of(job);
+  std::vector<SurfacePlace> met;
+  std::vector<Eigen::Vector3f> seen, lit;
+  const auto n = static_cast<std::ptrdiff_t>(gatherer.most_at_a_time());
+  for (auto first = codes.begin(); first < codes.end(); first += std::min(n, codes.end() - first)) {
+    const std::vector<std::uint32_t> some(first, first + std::min(n, codes.end() - first));
+    const Gathered from = gatherer.of_pixels(some);
+    for (std::size_t i = 0; i < from.n; ++i) {
+      const SurfacePlace& own = from.own(i);
+      if (own.number < 0.0F) continue;
+      (own.number > 0.0F ? lit : seen).push_back(own.p_mm);
+      std::ranges::copy_if(from.met(i), std::back_inserter(met),
+                           [](const SurfacePlace& p) { return p.number > 0.0F; });
+    }
+  }
+  grid_ = grid_around(lit.empty() ? seen : lit, kCellsAcross);
+  if (grid_.per_mm == 0.0F) met.clear();
+  return met;
+}
+
+// Returns the number of the cell of a place, which may become one of those that stand for it; -1 beyond all.
+std::int32_t LightCells::meet(const SurfacePlace& place) {
+  const std::uint32_t key = grid_.key(place.p_mm, place.n_geometric);
+  if (key == 0 || (table_.size() >= kMostCells && table_.find(key) < 0)) return -1;
+  const std::int32_t cell = table_.find_or_add(key);
+  if (static_cast<std::size_t>(cell) >= members_.size()) members_.emplace_back();
+  if (static_cast<std::size_t>(cell) < transfer_.rows()) return cell;
+  Members& members = members_[static_cast<std::size_t>(cell)];
+  const std::uint32_t before = members.met++;
+  const std::uint64_t at =
+      before < kMostMembers ? before : mixed(std::uint64_t{key} << 32 | before) % (std::uint64_t{before} + 1);
+  if (at < kMostMembers) members.places[at] = place;
+  return cell;
+}
+
+// Returns the members of some cells one after the other, each with a seed of its own.
+std::vector<SurfacePlace> LightCells::points_of(std::size_t first_cell, std::size_t end_cell) const {
+  std::vector<SurfacePlace> points;
+  for (std::size_t cell = first_cell; cell < end_cell; ++cell)
+    for (std::size_t k = 0; k < members_[cell].size(); ++k) {
+      points.push_back(members_[cell].places[k]);
+      points.back().number = static_cast<float>((cell * kMostMembers + k) % (1U << 24));
+    }
+  return points;
+}
+
+// Lets the members of some cells gather; use(cell, gathered, point, last of its cell).
+template <class Use>
+void LightCells::gather_cells(Gatherer& gatherer, std::size_t first_cell, std::size_t end_cell,
+                              const Use& use) const {
+  const std::vector<SurfacePlace> points = points_of(first_cell, end_cell);
+  std::size_t cell = first_cell, member = 0;
+  for (std::size_t first = 0; first < points.size(); first += gatherer.most_at_a_time()) {
+    const std::size_t n = std::min(gatherer.most_at_a_time(), points.size() - first);
+    const Gathered from = gatherer.of_points({&points[first], n});
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool last = ++member == members_[cell].size();
+      use(cell, from, i, last);
+      if (!last) continue;
+      ++cell;
+      member = 0;
+    }
+  }
+}
+
+// Adds what a member gathered to the light of its cell, in the order of the shaders.
+void LightCells::add_light(const Gathered& from, std::size_t point, std::size_t cell, const PassPlan& pass,
+                           std::vector<float>& light) const {
+  const auto share = 1.0F / static_cast<float>(members_[cell].size());
+  float* of_cell = &light[cell * channels_of(pass)];
+  of_cell[0] += share * from.sum(0, point);
+  for (std::size_t c = 2; c < pass.channels(); ++c) of_cell[c - 1] += share * from.sum(c, point);
+}
+
+// Follows the light back from cell to cell until no new ones are met.
+void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
+  for (int round = 0; round < kMostRounds && transfer_.rows() < members_.size(); ++round) {
+    const std::size_t first = transfer_.rows(), end = members_.size();
+    light_of_first_pass_.resize(end * channels_of(pass), 0.0F);
+    std::vector<CellTransfer::Share> shares;
+    gather_cells(gatherer, first, end,
+                 [&](std::size_t cell, const Gathered& from, std::size_t point, bool last) {
+                   add_light(from, point, cell, pass, light_of_first_pass_);
+                   const auto directions = static_cast<float>(from.directions * members_[cell].size());
+                   for (const SurfacePlace& place : from.met(point)) {
+                     if (!(place.number > 0.0F)) continue;
+                     const std::int32_t other = meet(place);
+                     if (other >= 0) shares.push_back({other, place.number / directions});
+                   }
+                   if (last) transfer_.add_row(std::exchange(shares, {}));
+                 });
+  }
+  while (transfer_.rows() < members_.size()) transfer_.add_row({});
+  light_of_first_pass_.resize(members_.size() * channels_of(pass), 0.0F);
+}
+
+void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bool first_pass,
+                        const SampleSetup& samples) const {
+  std::vector<float> light = light_of_first_pass_;
+  if (!first_pass) {
+    Gatherer gatherer(device, job, pass, samples);
+    light.assign(size() * channels_of(pass), 0.0F);
+    gather_cells(gatherer, 0, size(), [&](std::size_t cell, const Gathered& from, std::size_t point, bool) {
+      add_light(from, point, cell, pass, light);
+    });
+  }
+  const int bounces = job.twin.render.bounces;
+  const auto times = bounces >= kAllBounces ? std::nullopt : std::optional<int>(bounces - 2);
+  light = transfer_.spread(light, channels_of(pass), times);
+  const std::size_t most = device.vulkan().limits().maxTexelBufferElements;
+  if (light.size() > most || table_.entries().size() > most)
+    throw UserError(ExitCode::device, device.vulkan().info().name,
+                    fmt::format("its tables hold {} numbers, light over several surfaces needs {}", most,
+                                std::max(light.size(), table_.entries().size())),
+                    "render with bounces = 1, or use another device");
+  device.fill(BIND_CELL_TABLE, table_.entries());
+  device.fill(BIND_CELL_LIGHT, light);
+}
+
+}  // namespace fringetwin::render
