@@ -48,7 +48,7 @@ TEST(CellTable, NumbersKeysInTheirOrderAndFindsThemAgain) {
   std::vector<std::uint32_t> keys;
   std::set<std::uint32_t> known;
   while (keys.size() < 20000) {
-    const std::uint32_t key = 1U + random() % (6U << 27);
+    const auto key = static_cast<std::uint32_t>(1 + random() % (6UL << 27));
     if (known.insert(key).second) keys.push_back(key);
   }
   for (std::size_t i = 0; i < keys.size(); ++i) {
