@@ -88,7 +88,7 @@ std::int32_t LightCells::meet(const SurfacePlace& place) {
   if (key == 0 || (table_.size() >= kMostCells && table_.find(key) < 0)) return -1;
   const std::int32_t cell = table_.find_or_add(key);
   if (static_cast<std::size_t>(cell) >= members_.size()) members_.emplace_back();
-  if (static_cast<std::size_t>(cell) < transfer_.rows()) return cell;
+  if (static_cast<std::size_t>(cell) < settled_) return cell;
   Members& members = members_[static_cast<std::size_t>(cell)];
   const std::uint32_t before = members.met++;
   const std::uint64_t at =
@@ -140,6 +140,7 @@ void LightCells::add_light(const Gathered& from, std::size_t point, std::size_t 
 void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
   for (int round = 0; round < kMostRounds && transfer_.rows() < members_.size(); ++round) {
     const std::size_t first = transfer_.rows(), end = members_.size();
+    settled_ = end;
     light_of_first_pass_.resize(end * channels_of(pass), 0.0F);
     std::vector<CellTransfer::Share> shares;
     gather_cells(gatherer, first, end,

@@ -50,6 +50,7 @@ class LightCells {
   CellGrid grid_;
   CellTable table_;
   std::vector<Members> members_;  ///< of each cell
+  std::size_t settled_ = 0;       ///< cells whose members are chosen
   CellTransfer transfer_;
   std::vector<float> light_of_first_pass_;  ///< [cell][channel]: over one surface
 };
