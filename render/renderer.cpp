@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "render/indirect/indirect_trace.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/formed_harmonics.hpp"
@@ -142,6 +143,7 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
     device_->upload_scene(job);
     adaptive = adaptive && trace_adaptively_if_possible(*device_, job, passes, sampling);
     if (!adaptive) trace_by_fixed_rule(*device_, job, passes);
+    if (twin.render.bounces > 0 && !scene.one_convex) add_indirect_light(*device_, job, passes);
     sort_harmonics(&out);
   }
   device_->kernels().stop_soon();

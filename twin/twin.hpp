@@ -285,7 +285,7 @@ struct RenderOptions {
   bool shadow = true;  ///< false: nothing hides a point from the projector
   /// Over how many other surfaces light of the projector may come before the one that is seen.
   int bounces = 0;
-  int bounce_samples = 64;  ///< directions per sample of the pixel
+  int bounce_samples = 256;  ///< directions of each place that gathers light over others
 };
 template <class Keys>
 void list_keys(Keys& keys, const RenderOptions*) {

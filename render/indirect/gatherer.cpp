@@ -8,71 +8,121 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr std::size_t kMostPoints = 4096, kMostBytes = 64U << 20;
-// Of a point in one dispatch, so that walks through a mesh stay below the driver's loop limit.
+constexpr std::size_t kMostPlaces = 16384, kMostBytes = 64U << 20;
+constexpr std::size_t kLongestList = 65536;  // texels that every device takes
+// Of a place in one dispatch, so that walks through a mesh stay below the driver's loop limit.
 constexpr std::uint32_t kDirectionsAtATime = 32;
 
-TraceJob without_cells(TraceJob job) {
-  job.cells = nullptr;
-  return job;
+std::size_t groups_of(std::size_t n) { return (n + BLOCK_PIXELS - 1) / BLOCK_PIXELS; }
+
+// A rule of one ray, for what every kernel wants to know of samples.
+SampleSetup one_ray() {
+  SampleSetup samples;
+  samples.n = 1;
+  samples.table = {{0.0F, 0.0F, 1.0F, 0.0F}};
+  return samples;
 }
 
-}  // namespace
-
-Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pass, const SampleSetup& samples)
-    : device_(device),
-      job_(without_cells(job)),
-      pass_(pass),
-      constants_(make_constants(job_, samples, pass)),
-      directions_(constants_[SPEC_BOUNCES]),
-      most_(std::clamp(kMostBytes / (sizeof(SurfacePlace) * (directions_ + 1)) / BLOCK_PIXELS * BLOCK_PIXELS,
-                       std::size_t{BLOCK_PIXELS}, kMostPoints)) {
-  device_.upload_pass(job_, pass, samples, {});
-  device_.reserve(BIND_OUTPUT, most_ * pass.channels() * sizeof(float));
-  device_.reserve(BIND_HITS, most_ * (directions_ + 1) * sizeof(SurfacePlace));
-}
-
-Gathered Gatherer::of_pixels(const std::vector<std::uint32_t>& codes) {
-  FT_CHECK(!codes.empty() && codes.size() <= most_, "as many pixels as gather at a time");
-  device_.fill(BIND_PIXELS, codes);
-  return run(codes.size(), codes.size());
-}
-
-Gathered Gatherer::of_points(std::span<const SurfacePlace> points) {
-  FT_CHECK(!points.empty() && points.size() <= most_, "as many points as gather at a time");
-  std::vector<SurfacePlace> padded(points.begin(), points.end());
-  padded.resize((points.size() + BLOCK_PIXELS - 1) / BLOCK_PIXELS * BLOCK_PIXELS, points.back());
-  device_.fill(BIND_POINTS, padded);
-  return run(points.size(), 0);
-}
-
-Gathered Gatherer::run(std::size_t n, std::size_t n_pixels) {
-  const std::size_t groups = (n + BLOCK_PIXELS - 1) / BLOCK_PIXELS, stride = groups * BLOCK_PIXELS;
-  ComputePipeline& kernel = device_.bound_kernel(Kernel::gather, constants_);
-  gpu::Push push{};
-  push.n_blocks_band = static_cast<gpu::uint>(groups);
-  push.sentinel = SENTINEL_LOOPS;
-  push.n_pixels = static_cast<gpu::uint>(n_pixels);
-  const auto all = static_cast<std::uint32_t>(directions_);
-  std::uint32_t at_a_time = std::min(kDirectionsAtATime, all);
-  for (std::uint32_t first = 0; first < all;) {
+// Runs all directions in portions that the driver does not cut short.
+void run_in_portions(TraceDevice& device, ComputePipeline& kernel, gpu::Push push, std::uint32_t directions,
+                     std::size_t n, Transport* out) {
+  const auto groups = static_cast<std::uint32_t>(groups_of(n));
+  std::uint32_t at_a_time = std::min(kDirectionsAtATime, directions);
+  for (std::uint32_t first = 0; first < directions;) {
     push.first_sample = first;
-    push.end_sample = std::min(all, first + at_a_time);
+    push.end_sample = std::min(directions, first + at_a_time);
     push.resume = first > 0;
-    if (device_.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job_.out)) {
+    if (device.dispatch(kernel, push, groups, out)) {
       first = push.end_sample;
-      job_.out->rays += n * (push.end_sample - push.first_sample);
       continue;
     }
     if (at_a_time == 1)
-      throw UserError(ExitCode::device, device_.vulkan().info().name,
+      throw UserError(ExitCode::device, device.vulkan().info().name,
                       "a single ray exceeds the driver's limit of loop iterations",
                       "use a newer driver (Mesa 25 has no such limit) or split the mesh");
     at_a_time = std::max(1U, at_a_time / 2);  // sums that were cut short are wrong: from the start
     first = 0;
   }
-  return {device_.read<SurfacePlace>(BIND_HITS, stride * (directions_ + 1)),
-          device_.read<float>(BIND_OUTPUT, stride * pass_.channels()), n, stride, directions_};
+  out->rays += std::uint64_t{n} * directions;
+}
+
+}  // namespace
+
+SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<std::uint32_t>& pixels,
+                   const Eigen::Vector2d& moved_px) {
+  TraceJob moved = job;
+  moved.look_px = moved_px;
+  moved.cells = nullptr;
+  const PassPlan no_sums;
+  const SampleSetup samples = one_ray();
+  device.upload_samples(samples);
+  device.upload_pass(moved, no_sums, samples, {});
+  const auto width = static_cast<std::uint32_t>(job.camera.lens.width());
+  SeenPlaces seen;
+  for (std::size_t first = 0; first < pixels.size(); first += kLongestList) {
+    const std::size_t n = std::min(kLongestList, pixels.size() - first), groups = groups_of(n);
+    std::vector<std::uint32_t> codes;
+    for (std::size_t i = first; i < first + n; ++i)
+      codes.push_back(pixels[i] % width | pixels[i] / width << 15);
+    device.fill(BIND_PIXELS, codes);
+    device.reserve(BIND_PLACES, groups * BLOCK_PIXELS * sizeof(SurfacePlace));
+    device.reserve(BIND_OUTPUT, groups * BLOCK_PIXELS * no_sums.channels() * sizeof(float));
+    gpu::Push push{};
+    push.n_blocks_band = static_cast<gpu::uint>(groups);
+    push.sentinel = SENTINEL_LOOPS;
+    push.n_pixels = static_cast<gpu::uint>(n);
+    ComputePipeline& kernel = device.bound_kernel(Kernel::gather, make_constants(moved, samples, no_sums));
+    if (!device.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job.out))
+      throw UserError(ExitCode::device, device.vulkan().info().name,
+                      "a single ray exceeds the driver's limit of loop iterations",
+                      "use a newer driver (Mesa 25 has no such limit) or split the mesh");
+    job.out->rays += n;
+    const auto* places = device.read<SurfacePlace>(BIND_PLACES, n);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!(places[i].primitive >= 0.0F)) continue;
+      seen.pixels.push_back(pixels[first + i]);
+      seen.places.push_back(places[i]);
+    }
+  }
+  return seen;
+}
+
+Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pass, std::size_t directions,
+                   bool with_places)
+    : device_(device),
+      job_(job),
+      pass_(pass),
+      constants_(make_constants(job, one_ray(), pass)),
+      directions_(directions),
+      most_(kMostPlaces) {
+  FT_CHECK(directions >= 2 && directions % 2 == 0, "two sets of directions");
+  constants_[SPEC_BOUNCES] = 1;
+  constants_[SPEC_WRITE_PLACES] = with_places ? 1 : 0;
+  if (with_places)
+    most_ = std::clamp(kMostBytes / (sizeof(SurfacePlace) * directions) / BLOCK_PIXELS * BLOCK_PIXELS,
+                       std::size_t{BLOCK_PIXELS}, kMostPlaces);
+  device_.upload_samples(one_ray());
+  device_.upload_pass(job, pass, one_ray(), {});
+  device_.reserve(BIND_OUTPUT, most_ * pass.channels() * sizeof(float));
+  if (with_places) device_.reserve(BIND_PLACES, most_ * directions * sizeof(SurfacePlace));
+}
+
+Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
+  FT_CHECK(!places.empty() && places.size() <= most_, "as many places as gather at a time");
+  const std::size_t n = places.size(), stride = groups_of(n) * BLOCK_PIXELS;
+  std::vector<SurfacePlace> padded(places.begin(), places.end());
+  padded.resize(stride, places.back());
+  device_.fill(BIND_POINTS, padded);
+  gpu::Push push{};
+  push.n_blocks_band = static_cast<gpu::uint>(groups_of(n));
+  push.sentinel = SENTINEL_LOOPS;
+  push.n_centre = static_cast<gpu::uint>(directions_);
+  run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push,
+                  static_cast<std::uint32_t>(directions_), n, job_.out);
+  const bool with_places = constants_[SPEC_WRITE_PLACES] != 0;
+  return {device_.read<float>(BIND_OUTPUT, stride * pass_.channels()),
+          with_places ? device_.read<SurfacePlace>(BIND_PLACES, stride * directions_) : nullptr, n, stride,
+          directions_};
 }
 
 }  // namespace fringetwin::render

@@ -4,11 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
-#include "render/trace/pixel_blocks.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
@@ -17,8 +15,6 @@ namespace {
 // The longest side of what the camera sees lit is divided into so many cells: light that has come over two
 // surfaces is smooth, and a point that gathers takes the mean over many cells (accuracy: docs/PHYSICS.md).
 constexpr int kCellsAcross = 48;
-// Pixels whose surroundings are looked at first.
-constexpr std::size_t kPixelsLookedFrom = 4096;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
 // More than scenes have; a bound for memory and time.
@@ -27,20 +23,9 @@ constexpr std::size_t kMostCells = 60000;
 // Returns how many channels a cell has: the sums of the pass without the hits.
 std::size_t channels_of(const PassPlan& pass) { return pass.channels() - 1; }
 
-// Returns pixels of a square lattice over all blocks that can see something, as x | y << 15.
-std::vector<std::uint32_t> lattice_of(const TraceJob& job) {
-  const std::size_t all = job.blocks.size() * BLOCK_PIXELS;
-  const double thinned = std::ceil(std::sqrt(static_cast<double>(all) / kPixelsLookedFrom));
-  const int step = std::max(1, static_cast<int>(thinned));
-  std::vector<std::uint32_t> codes;
-  for (const std::uint32_t block : job.blocks) {
-    const auto [x0, y0] = corner_of(block);
-    for (int y = y0; y < std::min(y0 + BLOCK_HEIGHT, job.camera.lens.height()); ++y)
-      for (int x = x0; x < std::min(x0 + BLOCK_WIDTH, job.camera.lens.width()); ++x)
-        if (x % step == 0 && y % step == 0)
-          codes.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15);
-  }
-  return codes;
+// Returns the directions of each member of a cell: all members together have as many as a place that is seen.
+std::size_t directions_of(const TraceJob& job) {
+  return std::max<std::size_t>(16, static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2);
 }
 
 // The mixing function of splitmix64.
@@ -54,32 +39,22 @@ std::uint64_t mixed(std::uint64_t z) {
 }  // namespace
 
 LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan& pass,
-                       const SampleSetup& samples) {
-  Gatherer gatherer(device, job, pass, samples);
-  for (const SurfacePlace& place : look_from_camera(gatherer, job)) meet(place);
-  find_transfer(gatherer, pass);
-}
-
-// Chooses the grid, and returns what light that the camera sees can have come from.
-std::vector<SurfacePlace> LightCells::look_from_camera(Gatherer& gatherer, const TraceJob& job) {
-  const std::vector<std::uint32_t> codes = lattice_of(job);
-  std::vector<SurfacePlace> met;
-  std::vector<Eigen::Vector3f> seen, lit;
-  const auto n = static_cast<std::ptrdiff_t>(gatherer.most_at_a_time());
-  for (auto first = codes.begin(); first < codes.end(); first += std::min(n, codes.end() - first)) {
-    const std::vector<std::uint32_t> some(first, first + std::min(n, codes.end() - first));
-    const Gathered from = gatherer.of_pixels(some);
-    for (std::size_t i = 0; i < from.n; ++i) {
-      const SurfacePlace& own = from.own(i);
-      if (own.number < 0.0F) continue;
-      (own.number > 0.0F ? lit : seen).push_back(own.p_mm);
-      std::ranges::copy_if(from.met(i), std::back_inserter(met),
-                           [](const SurfacePlace& p) { return p.number > 0.0F; });
-    }
+                       const std::vector<SurfacePlace>& seen) {
+  std::vector<Eigen::Vector3f> all, lit;
+  for (const SurfacePlace& place : seen) (place.number > 0.0F ? lit : all).push_back(place.p_mm);
+  grid_ = grid_around(lit.empty() ? all : lit, kCellsAcross);
+  if (grid_.per_mm == 0.0F) return;
+  Gatherer gatherer(device, job, pass, directions_of(job), true);
+  std::vector<SurfacePlace> points = seen;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].number = static_cast<float>(i);
+  for (std::size_t first = 0; first < points.size(); first += gatherer.most_at_a_time()) {
+    const Gathered from =
+        gatherer.gather({&points[first], std::min(gatherer.most_at_a_time(), points.size() - first)});
+    for (std::size_t i = 0; i < from.n; ++i)
+      for (const SurfacePlace& place : from.met(i))
+        if (place.number > 0.0F) meet(place);
   }
-  grid_ = grid_around(lit.empty() ? seen : lit, kCellsAcross);
-  if (grid_.per_mm == 0.0F) met.clear();
-  return met;
+  find_transfer(gatherer, pass);
 }
 
 // Returns the number of the cell of a place, which may become one of those that stand for it; -1 beyond all.
@@ -116,7 +91,7 @@ void LightCells::gather_cells(Gatherer& gatherer, std::size_t first_cell, std::s
   std::size_t cell = first_cell, member = 0;
   for (std::size_t first = 0; first < points.size(); first += gatherer.most_at_a_time()) {
     const std::size_t n = std::min(gatherer.most_at_a_time(), points.size() - first);
-    const Gathered from = gatherer.of_points({&points[first], n});
+    const Gathered from = gatherer.gather({&points[first], n});
     for (std::size_t i = 0; i < n; ++i) {
       const bool last = ++member == members_[cell].size();
       use(cell, from, i, last);
@@ -159,11 +134,13 @@ void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
   light_of_first_pass_.resize(members_.size() * channels_of(pass), 0.0F);
 }
 
-void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bool first_pass,
-                        const SampleSetup& samples) const {
+void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan& pass,
+                        bool first_pass) const {
   std::vector<float> light = light_of_first_pass_;
   if (!first_pass) {
-    Gatherer gatherer(device, job, pass, samples);
+    TraceJob over_one_surface = job;
+    over_one_surface.cells = nullptr;
+    Gatherer gatherer(device, over_one_surface, pass, directions_of(job), true);
     light.assign(size() * channels_of(pass), 0.0F);
     gather_cells(gatherer, 0, size(), [&](std::size_t cell, const Gathered& from, std::size_t point, bool) {
       add_light(from, point, cell, pass, light);

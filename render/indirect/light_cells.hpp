@@ -16,13 +16,14 @@ namespace fringetwin::render {
 
 class LightCells {
  public:
-  /// Finds the cells; the scene must have been uploaded. `pass`: the first of the trace.
-  LightCells(TraceDevice& device, const TraceJob& job, const PassPlan& pass, const SampleSetup& samples);
+  /// Finds the cells; the scene must have been uploaded. `pass`: the first of the trace. `seen`: places that
+  /// the camera sees, a few thousand all over its image.
+  LightCells(TraceDevice& device, const TraceJob& job, const PassPlan& pass,
+             const std::vector<SurfacePlace>& seen);
 
   /// Uploads the cells and their light for the sums of a pass. Throws UserError(device) where they do not
   /// fit.
-  void upload(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bool first_pass,
-              const SampleSetup& samples) const;
+  void upload(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bool first_pass) const;
 
   /// Returns the number of cells; none where no surface gets light from another.
   std::size_t size() const { return table_.size(); }
@@ -38,7 +39,6 @@ class LightCells {
     std::size_t size() const { return met < kMostMembers ? met : kMostMembers; }
   };
 
-  std::vector<SurfacePlace> look_from_camera(Gatherer& gatherer, const TraceJob& job);
   std::int32_t meet(const SurfacePlace& place);
   void find_transfer(Gatherer& gatherer, const PassPlan& pass);
   std::vector<SurfacePlace> points_of(std::size_t first_cell, std::size_t end_cell) const;

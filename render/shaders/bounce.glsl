@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that reaches a hit over one other, diffuse surface, and with MORE_BOUNCES over others before it:
-// BOUNCES directions with the density of the cosine, so that each carries diffuse/BOUNCES of the radiance
-// seen along it. A Hammersley set, shifted at random per pixel and sample.
+// Directions from a place of a diffuse surface over the hemisphere with the density of the cosine, so that each
+// of n carries 1/n of the radiance seen along it: two Hammersley sets one after the other, each shifted at
+// random, whose difference tells the noise.
 
 // Orthonormal basis: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 void basis(vec3 n, out vec3 t, out vec3 b) {
@@ -10,14 +10,14 @@ void basis(vec3 n, out vec3 t, out vec3 b) {
   b = vec3(c, s + n.y * n.y * a, -n.y);
 }
 
-vec2 bounce_shift(uint seed) {
-  return vec2(unit_float(hash(seed)), unit_float(hash(seed + 0x9e3779b9u)));
-}
-
-vec3 bounce_direction(uint k, vec2 shift, vec3 n, vec3 t, vec3 b) {
-  vec2 v = fract(vec2((float(k) + 0.5) / float(BOUNCES), unit_float(bitfieldReverse(k))) + shift);
+// Direction k of n; n is even.
+vec3 bounce_direction(uint k, uint n, uint seed, vec3 normal, vec3 t, vec3 b) {
+  uint half_n = n / 2u, set = k < half_n ? 0u : 1u, i = k - set * half_n;
+  uint of_set = hash(seed + set);
+  vec2 shift = vec2(unit_float(of_set), unit_float(hash(of_set + 0x9e3779b9u)));
+  vec2 v = fract(vec2((float(i) + 0.5) / float(half_n), unit_float(bitfieldReverse(i))) + shift);
   float r = sqrt(v.x), angle = TWO_PI * v.y;
-  return (r * cos(angle)) * t + (r * sin(angle)) * b + sqrt(1.0 - v.x) * n;
+  return (r * cos(angle)) * t + (r * sin(angle)) * b + sqrt(1.0 - v.x) * normal;
 }
 
 // Where rays that leave a hit begin: beside its surface, by more than rounding.
@@ -32,26 +32,4 @@ Hit bounce_hit(vec3 o, vec3 d) {
   ray_from_camera = true;
   other.material.y = 0.0;
   return other;
-}
-
-void add_bounces(const Hit hit, float weight, uint sample_seed, inout float mean, inout float cosine[MAX_PITCHES],
-                 inout float sine[MAX_PITCHES], inout float direct[MAX_DIRECT], inout uint shadow_rays) {
-  vec3 t, b;
-  basis(hit.n, t, b);
-  vec3 o = bounce_start(hit);
-  vec2 shift = bounce_shift(sample_seed);
-  float share = weight * hit.material.x / float(max(BOUNCES, 1));
-  uint n = hit.primitive >= 0 && share > 0.0 ? uint(BOUNCES) : 0u;
-  footprint_middle = footprint_x = footprint_y = vec2(0.0);
-  for (uint k = 0; k < n; ++k) {
-    vec3 d = bounce_direction(k, shift, hit.n, t, b);
-    Hit other = bounce_hit(o, d);
-    real2 u;
-    float arrives = dot(d, hit.n_geometric) > 0.0 ? share : 0.0;
-    float w = shade(other, real3(other.p), d, u, shadow_rays) * arrives;
-    mean += w;
-    add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
-    if (MORE_BOUNCES != 0)
-      add_light_of_cell(other, arrives * other.material.x, mean, cosine, sine, direct);
-  }
 }

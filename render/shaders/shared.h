@@ -53,7 +53,7 @@ struct uvec4 {
 #define BIND_LINKS 18      // per triangle of each mesh instance: neighbours opposite its corners, LINK_ bits
 #define BIND_STARTS 19     // per mesh instance and tile of pixels: a triangle near by, -1 none
 #define BIND_POINTS 20     // of gather.comp: position and seed, shading normal, normal
-#define BIND_HITS 21       // per point and after it per direction: position and a number, the two normals
+#define BIND_PLACES 21     // what pixels see, or per point and direction what is met: as the points, with numbers
 #define BIND_CELL_TABLE 22 // key and number of each cell, by the hash of the key
 #define BIND_CELL_LIGHT 23 // per cell: mean, (cosine, sine) per pair, direct images
 #define BIND_COUNT 24
@@ -90,12 +90,13 @@ struct uvec4 {
   X(22, PIXEL_GAPS, 0, pixel_gaps(projector, pass)) \
   X(23, N_PIXEL, 0, pass.count(DirectSlot::Kind::pixel)) \
   X(24, ALBEDO_MAPS, 0, !scene.maps.empty()) \
-  X(25, BOUNCES, 0, scene.one_convex ? 0 : directions(twin.render)) /* directions per sample, 0: none */ \
+  X(25, BOUNCES, 0, 0) /* rays that leave surfaces, too: set by who uses the kernel that has them */ \
   X(26, LINKS, 0, links) /* LINKS_ bits */ \
   X(27, BLUR_FIELD, 0, projector.has_blur_field()) /* the blur varies over the projector's image */ \
   X(28, LIGHT_FIELD, 0, projector.has_light_field()) /* and so does the light */ \
   X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */ \
-  X(30, MORE_BOUNCES, 0, cells != nullptr) /* light that has come over two surfaces and more */
+  X(30, MORE_BOUNCES, 0, cells != nullptr) /* light that has come over two surfaces and more */ \
+  X(31, WRITE_PLACES, 0, 0) /* what each direction meets: set by who uses it */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -174,6 +175,8 @@ struct uvec4 {
   /* the corner of the grid of cells in the camera's frame, cells per mm; entries of their table less one */ \
   X(cell_grid, cell_corner_mm(job).x(), cell_corner_mm(job).y(), cell_corner_mm(job).z(), cells_per_mm(job)) \
   X(cell_table, cell_table_mask(job), 0.0, 0.0, 0.0) \
+  /* where in a pixel a look goes through it, px from its middle */ \
+  X(look, look_px.x(), look_px.y(), 0.0, 0.0) \
   /* samples of the table, lit side of a pixel, phase of the pixel raster at the principal point x, y */ \
   X(projector_gaps, gap_samples(pass), projector.pixel_fill, raster_phase(setup.cx), raster_phase(setup.cy))
 #define DECLARE_NUMBERS(member, x, y, z, w) vec4 member;
@@ -214,7 +217,7 @@ struct Push {
   uint n_blocks_band;  // stride of the output channels in blocks
   uint first_sample;
   uint end_sample;
-  uint n_centre;  // 1: also trace the pixel-centre ray for the object image
+  uint n_centre;  // 1: also trace the pixel-centre ray for the object image; gather: directions
   uint sentinel;
   uint resume;    // add to the sums of an earlier dispatch
   uint n_pixels;  // of the list
@@ -222,9 +225,9 @@ struct Push {
 
 #ifdef __cplusplus
 static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
-static_assert(offsetof(Params, pitch) == 32 * 16);
-static_assert(offsetof(Params, direct) == (32 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
-static_assert(sizeof(Params) == (32 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
+static_assert(offsetof(Params, pitch) == 33 * 16);
+static_assert(offsetof(Params, direct) == (33 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
+static_assert(sizeof(Params) == (33 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 32);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

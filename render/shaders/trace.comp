@@ -11,8 +11,6 @@
 #include "shade.glsl"
 #include "footprint.glsl"
 #include "work_items.glsl"
-#include "cells.glsl"
-#include "bounce.glsl"
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
@@ -52,8 +50,6 @@ void main() {
     if (LAMP != 0) seen *= room_light(hit, shadow_rays);  // a sum of light, not of hits
     hits += seen;
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
-    if (BOUNCES > 0)
-      add_bounces(hit, sample_.weight, hash(pixel_seed ^ s), mean, cosine, sine, direct, shadow_rays);
   }
   store_sums(slot, stride, mean, hits, cosine, sine, direct);
 

@@ -323,10 +323,10 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
   if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
     return false;
   // The closed form and the scan lines know neither defocus, a blur that varies, raster or texture nor light
-  // from elsewhere, from surfaces or a lamp.
+  // of a lamp.
   const Projector& projector = *twin.projector;
   if (projector.optics || projector.pixel_structure || projector.has_blur_field() || !scene.maps.empty() ||
-      twin.render.bounces > 0 || twin.room.has_lamp())
+      twin.room.has_lamp())
     return false;
   return !camera.optics && twin.render.pixel_fill > 0.0 && lens.width() < kListLimitPx &&
          lens.height() < kListLimitPx && scene.n_surfaces < kExactFloat;

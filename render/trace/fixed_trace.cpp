@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 
-#include "render/indirect/light_cells.hpp"
 #include "render/trace/pixel_blocks.hpp"
 #include "render/trace/sum_targets.hpp"
 #include "twin/base/errors.hpp"
@@ -69,7 +67,6 @@ std::size_t blocks_per_band(const PassPlan& pass, std::uint32_t samples) {
 // Traces one pass band by band. `chunk`: samples per dispatch, fewer from now on where the driver cuts loops.
 void run_pass(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bool first_pass,
               const SampleSetup& samples, std::uint32_t* chunk, Progress* progress) {
-  if (job.cells) job.cells->upload(device, job, pass, first_pass, samples);
   device.upload_pass(job, pass, samples, {});
   const std::size_t band = blocks_per_band(pass, std::min(*chunk, samples.n));
   const std::size_t most = std::min(band, job.blocks.size());
@@ -141,16 +138,8 @@ void run_own_harmonics(TraceDevice& device, const TraceJob& job, const SampleSet
 
 }  // namespace
 
-void trace_by_fixed_rule(TraceDevice& device, const TraceJob& scene_job,
-                         const std::vector<PassPlan>& passes) {
-  TraceJob job = scene_job;
+void trace_by_fixed_rule(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
   const SampleSetup samples = setup_samples(job.twin, job.camera, job.scene, job.out->sampling);
-  std::optional<LightCells> cells;
-  if (job.twin.render.bounces > 1 && !job.scene.one_convex) {
-    device.upload_samples(samples);
-    cells.emplace(device, job, passes.front(), samples);
-    if (cells->size() > 0) job.cells = &*cells;
-  }
   const std::uint64_t work = std::uint64_t{samples.n} * BLOCK_PIXELS * job.blocks.size() * passes.size();
   std::unique_ptr<Progress> progress;
   if (work > kSamplesWorthAProgressBar)

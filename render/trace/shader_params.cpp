@@ -117,8 +117,6 @@ Double4 as_doubles(Number... number) {
   return {static_cast<double>(number)...};
 }
 
-int directions(const RenderOptions& options) { return options.bounces > 0 ? options.bounce_samples : 0; }
-
 }  // namespace
 
 ProjectorSetup setup_projector(const Projector& projector) {
@@ -181,8 +179,8 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
 }
 
 ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
-  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, cells] =
-      job;
+  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, look_px,
+               cells] = job;
   FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
   using P = gpu::Params;
   const Projector& projector = *twin.projector;
@@ -222,8 +220,8 @@ void set_adaptive(const TraceJob& job, const AdaptiveTargets& targets, ParamsBlo
 }
 
 SpecConstants make_constants(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
-  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, cells] =
-      job;
+  const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, look_px,
+               cells] = job;
   const int links = shortcuts.kinds;
   const Projector& projector = *twin.projector;
   SpecConstants c{};

@@ -55,7 +55,7 @@ constexpr std::array<BindingInfo, BIND_COUNT> kBindings{{
     {kTexels, VK_FORMAT_R32G32B32A32_SINT},    // links
     {kTexels, VK_FORMAT_R32_SINT},             // starts
     {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // points that gather
-    {kStorage, VK_FORMAT_UNDEFINED},           // hits
+    {kStorage, VK_FORMAT_UNDEFINED},           // places
     {kTexels, VK_FORMAT_R32_UINT},             // table of cells
     {kTexels, VK_FORMAT_R32_SFLOAT},           // light of cells
 }};
@@ -190,7 +190,7 @@ ComputePipeline& TraceDevice::bound_kernel(Kernel kernel, const SpecConstants& c
   ComputePipeline& made = kernels_.get(kernel_key(kernel, constants));
   // Kernels that use no list, no probe or no cells get something to bind all the same.
   for (const std::size_t b :
-       {BIND_PIXELS, BIND_PROBE, BIND_POINTS, BIND_HITS, BIND_CELL_TABLE, BIND_CELL_LIGHT, BIND_OBJECTS})
+       {BIND_PIXELS, BIND_PROBE, BIND_POINTS, BIND_PLACES, BIND_CELL_TABLE, BIND_CELL_LIGHT, BIND_OBJECTS})
     if (!buffers_[b]) reserve(b, 16);
   std::vector<const Buffer*> bound;
   for (std::size_t b = 0; b < BIND_COUNT; ++b)

@@ -29,6 +29,7 @@ struct TraceJob {
   std::uint64_t seed;
   Transport* out;
   const HarmonicsPlan& harmonics;
+  Eigen::Vector2d look_px = Eigen::Vector2d::Zero();  ///< Params::look
   const LightCells* cells = nullptr;  ///< of light over two surfaces and more; nullptr: none
 };
 

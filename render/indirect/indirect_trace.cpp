@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/indirect/indirect_trace.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "render/indirect/light_cells.hpp"
+#include "render/indirect/light_lattice.hpp"
+#include "render/trace/pixel_blocks.hpp"
+#include "render/trace/sum_targets.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+// Light over other surfaces is interpolated to so much of itself.
+constexpr float kTolerance = 0.01F;
+// Places from which cells are looked for.
+constexpr std::size_t kPlacesForCells = 4096;
+// Where a pixel that an edge crosses is looked through, px from its middle: 2 x 2 points of Gauss's rule.
+constexpr double kPointPx = 0.28867513459481287;
+
+std::size_t channels_of(const PassPlan& pass) { return pass.channels() - 1; }
+
+class IndirectLight {
+ public:
+  IndirectLight(TraceDevice& device, const TraceJob& job) : device_(device), job_(job) { look(); }
+
+  void add(const std::vector<PassPlan>& passes) {
+    if (seen_.places.empty()) return;
+    find_cells(passes.front());
+    std::optional<LightLattice> lattice;
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+      const PassPlan& pass = passes[i];
+      if (job_.cells) job_.cells->upload(device_, job_, pass, i == 0);
+      Gatherer gatherer(device_, job_, pass, directions(), false);
+      const LightLattice::Gather gather = [&](const std::vector<std::uint32_t>& pixels) {
+        return light_of(gatherer, pass, pixels);
+      };
+      if (!lattice) lattice.emplace(seen_, channels_of(pass), kTolerance, gather);
+      add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
+    }
+    widen_estimate(*lattice);
+  }
+
+ private:
+  std::size_t directions() const {
+    return static_cast<std::size_t>(std::max(2, job_.twin.render.bounce_samples / 2 * 2));
+  }
+
+  // Finds what all pixels see, and those that an edge crosses.
+  void look() {
+    seen_.width = job_.camera.lens.width();
+    seen_.height = job_.camera.lens.height();
+    std::vector<std::uint32_t> pixels;
+    for (const std::uint32_t block : job_.blocks) {
+      const auto [x0, y0] = corner_of(block);
+      for (int y = y0; y < std::min(y0 + BLOCK_HEIGHT, seen_.height); ++y)
+        for (int x = x0; x < std::min(x0 + BLOCK_WIDTH, seen_.width); ++x)
+          pixels.push_back(static_cast<std::uint32_t>(y * seen_.width + x));
+    }
+    std::ranges::sort(pixels);
+    SeenPlaces found = look_at(device_, job_, pixels);
+    seen_.at.assign(static_cast<std::size_t>(seen_.width) * static_cast<std::size_t>(seen_.height), -1);
+    for (std::size_t i = 0; i < found.pixels.size(); ++i)
+      seen_.at[found.pixels[i]] = static_cast<std::int32_t>(i);
+    seen_.places = std::move(found.places);
+    std::ranges::copy_if(pixels, std::back_inserter(edges_),
+                         [this](std::uint32_t pixel) { return edge_crosses(pixel); });
+  }
+
+  // Returns whether a pixel and one beside it do not see the same surface.
+  bool edge_crosses(std::uint32_t pixel) const {
+    const int x = static_cast<int>(pixel) % seen_.width, y = static_cast<int>(pixel) / seen_.width;
+    for (const auto& [dx, dy] : {std::array{-1, 0}, std::array{1, 0}, std::array{0, -1}, std::array{0, 1}}) {
+      const int u = x + dx, v = y + dy;
+      if (u < 0 || v < 0 || u >= seen_.width || v >= seen_.height) continue;
+      const auto other = static_cast<std::size_t>(v * seen_.width + u);
+      if (seen_.sees(pixel) != seen_.sees(other)) return true;
+      if (seen_.sees(pixel) && !on_one_surface(seen_.place(pixel), seen_.place(other))) return true;
+    }
+    return false;
+  }
+
+  void find_cells(const PassPlan& first_pass) {
+    if (job_.twin.render.bounces < 2) return;
+    std::vector<SurfacePlace> some;
+    const std::size_t step = (seen_.places.size() + kPlacesForCells - 1) / kPlacesForCells;
+    // by the golden ratio: regular steps could follow the rows
+    for (std::size_t i = 0; i < seen_.places.size() / step; ++i)
+      some.push_back(seen_.places[(i * step + (i * 40503) % step) % seen_.places.size()]);
+    cells_.emplace(device_, job_, first_pass, some);
+    if (cells_->size() > 0) job_.cells = &*cells_;
+  }
+
+  LightOfPixels light_of(Gatherer& gatherer, const PassPlan& pass,
+                         const std::vector<std::uint32_t>& pixels) const {
+    LightOfPixels light;
+    std::vector<SurfacePlace> places;
+    for (const std::uint32_t pixel : pixels) {
+      places.push_back(seen_.place(pixel));
+      places.back().number = static_cast<float>(pixel % (1U << 24));
+    }
+    for (std::size_t first = 0; first < places.size(); first += gatherer.most_at_a_time()) {
+      const Gathered from =
+          gatherer.gather({&places[first], std::min(gatherer.most_at_a_time(), places.size() - first)});
+      for (std::size_t i = 0; i < from.n; ++i) {
+        const float mean = from.sum(0, i), first_half = from.sum(1, i);
+        light.values.push_back(mean);
+        for (std::size_t c = 2; c < pass.channels(); ++c) light.values.push_back(from.sum(c, i));
+        light.sigma.push_back(std::abs(2.0F * first_half - mean));  // half the difference of two means
+      }
+    }
+    return light;
+  }
+
+  void add_pass(const LightLattice& lattice, const PassPlan& pass, bool first_pass,
+                const std::vector<float>& values) {
+    const std::vector<SumTarget> targets = sum_targets(job_.twin, pass, first_pass, job_.out);
+    look_at_edges();
+    for (std::size_t c = 0; c < targets.size(); ++c) {
+      if (c == 1 || !targets[c].image) continue;  // the hits
+      const ImageF light = lattice.interpolated(values, c == 0 ? 0 : c - 1);
+      ImageF& out = *targets[c].image;
+      for (std::size_t i = 0; i < out.size(); ++i)
+        if (seen_.sees(i) && !is_edge_[i])
+          out.data[i] += targets[c].factor * light.data[i] * seen_.place(i).reflectivity;
+      for (const Part& part : parts_)
+        out.data[part.pixel] += targets[c].factor * light.data[part.light_of] * part.share;
+    }
+  }
+
+  // Finds what parts of the pixels that an edge crosses see, and pixels that see the same surfaces.
+  void look_at_edges() {
+    if (!is_edge_.empty()) return;
+    is_edge_.assign(seen_.at.size(), false);
+    for (const std::uint32_t pixel : edges_) is_edge_[pixel] = true;
+    for (const double y : {-kPointPx, kPointPx})
+      for (const double x : {-kPointPx, kPointPx}) {
+        const SeenPlaces found = look_at(device_, job_, edges_, {x, y});
+        for (std::size_t i = 0; i < found.pixels.size(); ++i)
+          if (const auto like = seen_like(found.pixels[i], found.places[i]))
+            parts_.push_back({found.pixels[i], *like, 0.25F * found.places[i].reflectivity});
+      }
+  }
+
+  // Returns the pixel around another that sees the surface of a place nearest to it.
+  std::optional<std::uint32_t> seen_like(std::uint32_t pixel, const SurfacePlace& place) const {
+    const int x = static_cast<int>(pixel) % seen_.width, y = static_cast<int>(pixel) / seen_.width;
+    std::optional<std::uint32_t> best;
+    float least = 0.0F;
+    for (int v = std::max(0, y - 1); v <= std::min(seen_.height - 1, y + 1); ++v)
+      for (int u = std::max(0, x - 1); u <= std::min(seen_.width - 1, x + 1); ++u) {
+        const auto other = static_cast<std::uint32_t>(v * seen_.width + u);
+        if (!seen_.sees(other) || !on_one_surface(seen_.place(other), place)) continue;
+        const float distance = (seen_.place(other).p_mm - place.p_mm).norm();
+        if (best && distance >= least) continue;
+        best = other;
+        least = distance;
+      }
+    return best;
+  }
+
+  // What the estimates have more: noise of the directions, where the light is interpolated alike in many
+  // pixels.
+  void widen_estimate(const LightLattice& lattice) const {
+    if (!job_.out->estimate) return;
+    double reflectivity = 0.0, amplitude = 0.0;
+    std::size_t n = 0;
+    const auto& cosine = job_.out->cosine;
+    for (std::size_t i = 0; i < seen_.at.size(); ++i) {
+      if (!seen_.sees(i)) continue;
+      reflectivity += std::pow(static_cast<double>(seen_.place(i).reflectivity), 2);
+      if (cosine.empty() || cosine[0].empty() || cosine[0].back().empty()) continue;
+      const double a = std::hypot(static_cast<double>(cosine[0].back().data[i]),
+                                  static_cast<double>(job_.out->sine[0].back().data[i]));
+      if (!(a > 0.0)) continue;
+      amplitude += a;
+      ++n;
+    }
+    const double noise =
+        lattice.noise() *
+        std::sqrt(reflectivity / static_cast<double>(std::max<std::size_t>(1, seen_.places.size())));
+    ErrorEstimate& estimate = *job_.out->estimate;
+    const Sensor& sensor = job_.camera.sensor;
+    const double gray = noise * sensor.gain_dn / sensor.max_dn();
+    estimate.gray = std::hypot(estimate.gray, gray);
+    estimate.gray_inside = std::hypot(estimate.gray_inside, gray);
+    // cosine and sine have half the variance of the mean each
+    if (n > 0)
+      estimate.phase_rad =
+          std::hypot(estimate.phase_rad, std::sqrt(0.5) * noise * static_cast<double>(n) / amplitude);
+  }
+
+  struct Part {
+    std::uint32_t pixel, light_of;
+    float share;
+  };
+  TraceDevice& device_;
+  TraceJob job_;
+  SeenImage seen_;
+  std::vector<std::uint32_t> edges_;  // pixels that an edge crosses
+  std::vector<bool> is_edge_;
+  std::vector<Part> parts_;
+  std::optional<LightCells> cells_;
+};
+
+}  // namespace
+
+void add_indirect_light(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
+  IndirectLight(device, job).add(passes);
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/indirect/light_lattice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr int kFirstStep = 8;            // px
+constexpr float kLeastCosine = 0.94F;    // 20 degrees
+constexpr float kMostOutOfPlane = 0.3F;  // of the distance between two places
+constexpr float kSigmas = 3.0F;          // by which noise alone sets a middle apart once in 400
+
+}  // namespace
+
+bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b) {
+  if (a.n.dot(b.n) < kLeastCosine) return false;
+  const Eigen::Vector3f way = b.p_mm - a.p_mm;
+  const float out = std::max(std::abs(way.dot(a.n)), std::abs(way.dot(b.n)));
+  return out <= kMostOutOfPlane * way.norm() || way.norm() == 0.0F;
+}
+
+std::size_t LightLattice::pixel_of(int x, int y) const {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(seen_.width) + static_cast<std::size_t>(x);
+}
+
+LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, float tolerance, const Gather& gather)
+    : seen_(seen), channels_(channels), number_(seen.at.size(), -1) {
+  std::vector<Square> squares = first_squares(), smaller;
+  while (!squares.empty()) {
+    std::vector<std::uint32_t> wanted;
+    for (const Square& s : squares) {
+      for (const int y : {s.y0, s.y1})
+        for (const int x : {s.x0, s.x1}) want(x, y, wanted);
+      want((s.x0 + s.x1) / 2, (s.y0 + s.y1) / 2, wanted);
+    }
+    gather_new(wanted, gather);
+    smaller.clear();
+    for (const Square& s : squares) {
+      if (tells_its_middle(s, tolerance))
+        squares_.push_back(s);
+      else
+        quarter(s, smaller);
+    }
+    squares.swap(smaller);
+  }
+}
+
+// Squares of the first step that see something.
+std::vector<LightLattice::Square> LightLattice::first_squares() const {
+  std::vector<Square> squares;
+  const auto last = [](int from, int size) { return std::min(from + kFirstStep, size - 1); };
+  for (int y = 0; y < std::max(1, seen_.height - 1); y += kFirstStep)
+    for (int x = 0; x < std::max(1, seen_.width - 1); x += kFirstStep) {
+      const Square s{x, y, last(x, seen_.width), last(y, seen_.height)};
+      bool any = false;
+      for (int v = s.y0; v <= s.y1 && !any; ++v)
+        for (int u = s.x0; u <= s.x1 && !any; ++u) any = seen_.sees(pixel_of(u, v));
+      if (any) squares.push_back(s);
+    }
+  return squares;
+}
+
+void LightLattice::want(int x, int y, std::vector<std::uint32_t>& pixels) const {
+  const std::size_t pixel = pixel_of(x, y);
+  if (seen_.sees(pixel) && number_[pixel] < 0) pixels.push_back(static_cast<std::uint32_t>(pixel));
+}
+
+void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Gather& gather) {
+  std::vector<std::uint32_t> pixels;
+  for (const std::uint32_t pixel : wanted) {
+    if (number_[pixel] >= 0) continue;
+    number_[pixel] = static_cast<std::int32_t>(pixels_.size() + pixels.size());
+    pixels.push_back(pixel);
+  }
+  if (pixels.empty()) return;
+  const LightOfPixels light = gather(pixels);
+  FT_CHECK(light.values.size() == pixels.size() * channels_ && light.sigma.size() == pixels.size(),
+           "light of all pixels");
+  pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
+  values_.insert(values_.end(), light.values.begin(), light.values.end());
+  sigma_.insert(sigma_.end(), light.sigma.begin(), light.sigma.end());
+}
+
+// Returns true for squares without pixels between their corners, too: those have their own light.
+bool LightLattice::tells_its_middle(const Square& s, float tolerance) const {
+  if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return true;
+  const std::array<std::size_t, 4> corners{pixel_of(s.x0, s.y0), pixel_of(s.x1, s.y0), pixel_of(s.x0, s.y1),
+                                           pixel_of(s.x1, s.y1)};
+  const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
+  const std::size_t middle = pixel_of(x, y);
+  if (!seen_.sees(middle)) return false;
+  for (const std::size_t corner : corners)
+    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle))) return false;
+  const auto part = [](int at, int from, int to) {
+    return to > from ? static_cast<float>(at - from) / static_cast<float>(to - from) : 0.0F;
+  };
+  const float u = part(x, s.x0, s.x1), v = part(y, s.y0, s.y1);
+  const std::array<float, 4> weights{(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
+  const auto number = [this](std::size_t pixel) { return static_cast<std::size_t>(number_[pixel]); };
+  float variance = sigma_[number(middle)] * sigma_[number(middle)];
+  for (std::size_t k = 0; k < 4; ++k) {
+    const float sigma = weights[k] * sigma_[number(corners[k])];
+    variance += sigma * sigma;
+  }
+  const float* own = &values_[number(middle) * channels_];
+  const float allowed = tolerance * own[0] + kSigmas * std::sqrt(variance);
+  for (std::size_t c = 0; c < channels_; ++c) {
+    float told = 0.0F;
+    for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * channels_ + c];
+    if (std::abs(told - own[c]) > allowed) return false;
+  }
+  return true;
+}
+
+void LightLattice::quarter(const Square& s, std::vector<Square>& out) const {
+  const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
+  const auto add = [&](int x0, int y0, int x1, int y1) {
+    if (x1 > x0 || y1 > y0) out.push_back({x0, y0, x1, y1});
+  };
+  if (x == s.x0) {  // a row or column of two pixels
+    add(s.x0, s.y0, s.x1, y);
+    add(s.x0, y, s.x1, s.y1);
+    return;
+  }
+  if (y == s.y0) {
+    add(s.x0, s.y0, x, s.y1);
+    add(x, s.y0, s.x1, s.y1);
+    return;
+  }
+  add(s.x0, s.y0, x, y);
+  add(x, s.y0, s.x1, y);
+  add(s.x0, y, x, s.y1);
+  add(x, y, s.x1, s.y1);
+}
+
+double LightLattice::noise() const {
+  double sum = 0.0;
+  for (const float s : sigma_) sum += static_cast<double>(s) * static_cast<double>(s);
+  return sigma_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(sigma_.size()));
+}
+
+ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t channel) const {
+  FT_CHECK(values.size() == pixels_.size() * channels_, "light of all pixels");
+  ImageF out(seen_.width, seen_.height, 0.0F);
+#pragma omp parallel for schedule(dynamic, 256)
+  for (std::size_t i = 0; i < squares_.size(); ++i) {
+    const Square& s = squares_[i];
+    const auto at = [&](int x, int y) {
+      const std::int32_t number = number_[pixel_of(x, y)];
+      return number < 0 ? 0.0F : values[static_cast<std::size_t>(number) * channels_ + channel];
+    };
+    const float a = at(s.x0, s.y0), b = at(s.x1, s.y0), c = at(s.x0, s.y1), d = at(s.x1, s.y1);
+    const auto width = static_cast<float>(std::max(1, s.x1 - s.x0)),
+               height = static_cast<float>(std::max(1, s.y1 - s.y0));
+    // the last row and column are those of the next square, but for the image's own
+    const int y_end = s.y1 == seen_.height - 1 ? s.y1 + 1 : std::max(s.y1, s.y0 + 1);
+    const int x_end = s.x1 == seen_.width - 1 ? s.x1 + 1 : std::max(s.x1, s.x0 + 1);
+    for (int y = s.y0; y < y_end; ++y)
+      for (int x = s.x0; x < x_end; ++x) {
+        const float u = static_cast<float>(x - s.x0) / width, v = static_cast<float>(y - s.y0) / height;
+        out(x, y) = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
+      }
+  }
+  // what gathered has its own light, also at corners that squares of different size share
+  for (std::size_t i = 0; i < pixels_.size(); ++i) out.data[pixels_[i]] = values[i * channels_ + channel];
+  return out;
+}
+
+}  // namespace fringetwin::render

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chooses the pixels at which light over other surfaces is gathered, and interpolates it between them: it is
+// smooth where one surface fills a square of pixels, but for corners that surfaces make. Squares that do not
+// tell the light of their middles are quartered, down to single pixels.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "render/indirect/gatherer.hpp"
+#include "twin/image/image.hpp"
+
+namespace fringetwin::render {
+
+/// What the pixels of an image see, by pixel.
+struct SeenImage {
+  int width = 0, height = 0;
+  std::vector<std::int32_t> at = {};  ///< index in `places`, -1: nothing
+  std::vector<SurfacePlace> places = {};
+  bool sees(std::size_t pixel) const { return at[pixel] >= 0; }
+  const SurfacePlace& place(std::size_t pixel) const { return places[static_cast<std::size_t>(at[pixel])]; }
+};
+
+/// Returns whether light over other surfaces can be interpolated from one place to another: they lie on one
+/// surface whose normals turn little between them.
+bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b);
+
+/// The light that some pixels gathered, per unit of their own reflectivity.
+struct LightOfPixels {
+  std::vector<float> values;  ///< [pixel][channel], channel 0 the mean over all patterns
+  std::vector<float> sigma;   ///< standard error of channel 0
+};
+
+class LightLattice {
+ public:
+  using Gather = std::function<LightOfPixels(const std::vector<std::uint32_t>& pixels)>;
+
+  /// Chooses pixels until squares between them tell the light of their middles to `tolerance` of it, or to
+  /// what its noise lets see.
+  LightLattice(const SeenImage& seen, std::size_t channels, float tolerance, const Gather& gather);
+
+  const std::vector<std::uint32_t>& pixels() const { return pixels_; }
+  /// The light of the first gathering.
+  const std::vector<float>& values() const { return values_; }
+  /// Returns the root mean square of the standard errors.
+  double noise() const;
+  /// Interpolates a channel of `values` ([pixel of pixels()][channel]); 0 where nothing is seen.
+  ImageF interpolated(const std::vector<float>& values, std::size_t channel) const;
+
+ private:
+  struct Square {
+    int x0, y0, x1, y1;  ///< pixels of its corners
+  };
+  std::size_t pixel_of(int x, int y) const;
+  std::vector<Square> first_squares() const;
+  void gather_new(const std::vector<std::uint32_t>& pixels, const Gather& gather);
+  void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
+  bool tells_its_middle(const Square& s, float tolerance) const;
+  void quarter(const Square& s, std::vector<Square>& out) const;
+
+  const SeenImage& seen_;
+  std::size_t channels_;
+  std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
+  std::vector<std::uint32_t> pixels_;
+  std::vector<float> values_, sigma_;
+  std::vector<Square> squares_;  ///< between whose corners light is interpolated
+};
+
+}  // namespace fringetwin::render
