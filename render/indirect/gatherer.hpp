@@ -48,6 +48,9 @@ struct SeenPlaces {
 SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<std::uint32_t>& pixels,
                    const Eigen::Vector2d& moved_px = Eigen::Vector2d::Zero());
 
+/// Returns how many values the light of a place has: the sums of a pass without the hits.
+inline std::size_t light_channels(const PassPlan& pass) { return pass.channels() - 1; }
+
 class Gatherer {
  public:
   /// Uploads the pass; the scene must have been uploaded. Light over more than one surface is that of

@@ -22,8 +22,6 @@ constexpr std::size_t kPlacesForCells = 4096;
 // Where a pixel that an edge crosses is looked through, px from its middle: 2 x 2 points of Gauss's rule.
 constexpr double kPointPx = 0.28867513459481287;
 
-std::size_t channels_of(const PassPlan& pass) { return pass.channels() - 1; }
-
 class IndirectLight {
  public:
   IndirectLight(TraceDevice& device, const TraceJob& job) : device_(device), job_(job) { look(); }
@@ -39,7 +37,7 @@ class IndirectLight {
       const LightLattice::Gather gather = [&](const std::vector<std::uint32_t>& pixels) {
         return light_of(gatherer, pass, pixels);
       };
-      if (!lattice) lattice.emplace(seen_, channels_of(pass), kTolerance, gather);
+      if (!lattice) lattice.emplace(seen_, light_channels(pass), kTolerance, gather);
       add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
     }
     widen_estimate(*lattice);

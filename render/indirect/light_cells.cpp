@@ -20,9 +20,6 @@ constexpr int kMostRounds = 6;
 // More than scenes have; a bound for memory and time.
 constexpr std::size_t kMostCells = 60000;
 
-// Returns how many channels a cell has: the sums of the pass without the hits.
-std::size_t channels_of(const PassPlan& pass) { return pass.channels() - 1; }
-
 // Returns the directions of each member of a cell: all members together have as many as a place that is seen.
 std::size_t directions_of(const TraceJob& job) {
   return std::max<std::size_t>(16, static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2);
@@ -106,7 +103,7 @@ void LightCells::gather_cells(Gatherer& gatherer, std::size_t first_cell, std::s
 void LightCells::add_light(const Gathered& from, std::size_t point, std::size_t cell, const PassPlan& pass,
                            std::vector<float>& light) const {
   const auto share = 1.0F / static_cast<float>(members_[cell].size());
-  float* of_cell = &light[cell * channels_of(pass)];
+  float* of_cell = &light[cell * light_channels(pass)];
   of_cell[0] += share * from.sum(0, point);
   for (std::size_t c = 2; c < pass.channels(); ++c) of_cell[c - 1] += share * from.sum(c, point);
 }
@@ -116,7 +113,7 @@ void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
   for (int round = 0; round < kMostRounds && transfer_.rows() < members_.size(); ++round) {
     const std::size_t first = transfer_.rows(), end = members_.size();
     settled_ = end;
-    light_of_first_pass_.resize(end * channels_of(pass), 0.0F);
+    light_of_first_pass_.resize(end * light_channels(pass), 0.0F);
     std::vector<CellTransfer::Share> shares;
     gather_cells(gatherer, first, end,
                  [&](std::size_t cell, const Gathered& from, std::size_t point, bool last) {
@@ -131,7 +128,7 @@ void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
                  });
   }
   while (transfer_.rows() < members_.size()) transfer_.add_row({});
-  light_of_first_pass_.resize(members_.size() * channels_of(pass), 0.0F);
+  light_of_first_pass_.resize(members_.size() * light_channels(pass), 0.0F);
 }
 
 void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan& pass,
@@ -141,14 +138,14 @@ void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan
     TraceJob over_one_surface = job;
     over_one_surface.cells = nullptr;
     Gatherer gatherer(device, over_one_surface, pass, directions_of(job), true);
-    light.assign(size() * channels_of(pass), 0.0F);
+    light.assign(size() * light_channels(pass), 0.0F);
     gather_cells(gatherer, 0, size(), [&](std::size_t cell, const Gathered& from, std::size_t point, bool) {
       add_light(from, point, cell, pass, light);
     });
   }
   const int bounces = job.twin.render.bounces;
   const auto times = bounces >= kAllBounces ? std::nullopt : std::optional<int>(bounces - 2);
-  light = transfer_.spread(light, channels_of(pass), times);
+  light = transfer_.spread(light, light_channels(pass), times);
   const std::size_t most = device.vulkan().limits().maxTexelBufferElements;
   if (light.size() > most || table_.entries().size() > most)
     throw UserError(ExitCode::device, device.vulkan().info().name,
