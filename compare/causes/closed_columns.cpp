@@ -434,7 +434,7 @@ void find_room_light(render::Renderer& renderer, const Twin& twin, std::vector<G
   view.projector->ambient_factors.clear(), view.projector->light_factors.clear();
   view.render.bounces = 0;
   for (Camera& camera : view.cameras)
-    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
+    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear(), camera.timing.reset();
   for (GridSamples& s : samples) {
     const ImageF image = render_grid(renderer, view, s.camera, s.grid, kRoomPoints).front();
     s.room_light.clear();
