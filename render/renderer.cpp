@@ -188,6 +188,8 @@ RenderedCamera Renderer::render_of_whole_sensor(const Twin& twin, std::size_t ca
   Twin of_sensor = twin;
   Camera& whole = of_sensor.cameras[camera_index];
   whole.lens = camera.whole_lens();
+  if (whole.timing && whole.timing->rows)  // of a part of the image
+    whole.timing->rows = whole.timing->rows->part(-0.5 * camera.channel->first_px().y(), 0.5);
   whole.channel.reset();
   whole.texture = nullptr;  // of the image's pixels, after the point spread
   RenderedCamera out = render(of_sensor, camera_index, sampling, seed, references);

@@ -16,6 +16,8 @@ namespace fringetwin {
 struct RowHeights {
   double first = 0.0, step = 0.0;
   double of(double y_px) const { return first + step * y_px; }
+  /// Returns those of an image whose row y is row first_px + stride * y of this one.
+  RowHeights part(double first_px, double stride) const { return {of(first_px), step * stride}; }
 };
 
 struct ExposureTiming {

@@ -244,6 +244,7 @@ class ClosedList : private GroupList {
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
       if (group_ == "exposure") add_exposure(c);
+      if (group_ == "timing" && twin_.projector) add_all(timing_parameters(twin_, c, compared_images()));
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
       if (group_ == "camera_response") add_all(response_parameters(twin_.cameras[c]));
       if (group_ == "camera_knee") add_all(knee_parameters(twin_, c));

@@ -11,6 +11,7 @@
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/verdict/coverage.hpp"
 #include "compare/verdict/explained.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -80,6 +81,15 @@ void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaint
 }
 
 }  // namespace
+
+void refuse_timing_of_few_steps(const Twin& twin) {
+  constexpr int kFewest = 4;
+  if (twin.fringes.steps >= kFewest) return;
+  throw UserError(
+      ExitCode::usage, "--refine",
+      fmt::format("timing is told by {} phase steps or more, the twin has {}", kFewest, twin.fringes.steps),
+      "leave it out: light and image_shift are told by 3");
+}
 
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated) {
   std::vector<std::string> warnings;  // those of the comparison come with it

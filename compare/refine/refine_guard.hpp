@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says what a refinement made worse, and takes it back: a twin may only get better by one
+// Refuses a refinement, or says what it made worse and takes it back: a twin may only get better by one
 // (docs/metrics/causes.md, "Refinement").
 #pragma once
 #include <string>
@@ -22,6 +22,10 @@ struct Standing {
   bool scatters = false;    ///< its noise has the scatter of bounces
   std::vector<ExplainedRow> rows{};  ///< of coverage, phase and the objects' fits
 };
+
+/// Throws UserError(usage) where a twin has too few phase steps for `--refine timing`: of three, what a late
+/// exposure does is what a light and a shift of the image do.
+void refuse_timing_of_few_steps(const Twin& twin);
 
 /// Returns the rows of coverage and geometry of two measured sides.
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);
