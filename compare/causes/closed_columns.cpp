@@ -291,8 +291,10 @@ class ClosedList : private GroupList {
       p.change = [image, first, of_twin, n = patterns_.size()](Twin& t, double d) {
         change_factors(of_twin(t), image, first, n, d);
       };
-      // the room's light is no factor's, and another lamp, albedo or pose changes it
-      p.is_closed = !twin_.room.has_lamp();
+      // the room's light is no factor's, and another lamp, albedo or pose changes it; an exposure that
+      // reaches into another pattern sees that one's light, too
+      p.is_closed = !twin_.room.has_lamp() &&
+                    std::ranges::none_of(twin_.cameras, [](const Camera& c) { return c.timing.has_value(); });
     }
   }
 

@@ -43,7 +43,8 @@ struct RowOfExposures {
   std::vector<double> more_before, more_after;  ///< per period that it begins later
 };
 
-RowOfExposures row_of(const ExposureTiming& timing, const std::vector<TimedImage>& images, double height) {
+RowOfExposures exposures_of_row(const ExposureTiming& timing, const std::vector<TimedImage>& images,
+                                double height) {
   RowOfExposures row;
   for (const TimedImage& image : images) {
     const double begin = timing.begin(image.image, height), beyond = begin + timing.exposure - 1.0;
@@ -91,7 +92,7 @@ std::function<void(const EffectInput&, std::vector<float>&)> timing_effect(std::
 #pragma omp parallel for schedule(static)
     for (std::size_t p = 0; p < s.n_pixels(); ++p) {
       const double height = heights.of(row_px(s, p)), later = (in.to - in.from) * moved(height);
-      const RowOfExposures row = row_of(timing, images, height);
+      const RowOfExposures row = exposures_of_row(timing, images, height);
       std::vector<double> light;
       for (const TimedImage& i : images)
         light.push_back(static_cast<double>(in.before[p * n + i.at]) /

@@ -88,7 +88,7 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   const auto is_fitted = [&](const char* group) {
     return std::ranges::any_of(chosen, [=](const Parameter& p) { return p.group == group; });
   };
-  if (is_fitted("timing")) refuse_timing_of_few_steps(twin);
+  if (is_fitted("timing")) make_ready_for_timing(twin, chosen);
   if (is_fitted("camera_knee") && is_fitted("camera_response"))
     throw UserError(ExitCode::usage, "--refine",
                     "camera_knee and camera_response are both the camera's curve, which is a knee or a table",

@@ -82,13 +82,15 @@ void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaint
 
 }  // namespace
 
-void refuse_timing_of_few_steps(const Twin& twin) {
+void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen) {
   constexpr int kFewest = 4;
-  if (twin.fringes.steps >= kFewest) return;
-  throw UserError(
-      ExitCode::usage, "--refine",
-      fmt::format("timing is told by {} phase steps or more, the twin has {}", kFewest, twin.fringes.steps),
-      "leave it out: light and image_shift are told by 3");
+  if (twin.fringes.steps < kFewest)
+    throw UserError(
+        ExitCode::usage, "--refine",
+        fmt::format("timing is told by {} phase steps or more, the twin has {}", kFewest, twin.fringes.steps),
+        "leave it out: light and image_shift are told by 3");
+  for (Parameter& p : chosen)
+    if (p.group == "light") p.is_closed = false;
 }
 
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated) {

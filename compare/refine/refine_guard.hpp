@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/causes/parameter.hpp"
 #include "compare/result/refined.hpp"
 #include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
@@ -24,8 +25,9 @@ struct Standing {
 };
 
 /// Throws UserError(usage) where a twin has too few phase steps for `--refine timing`: of three, what a late
-/// exposure does is what a light and a shift of the image do.
-void refuse_timing_of_few_steps(const Twin& twin);
+/// exposure does is what a light and a shift of the image do. Lets the light of images be rendered beside it:
+/// an exposure that reaches into another pattern sees that one's light, too.
+void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen);
 
 /// Returns the rows of coverage and geometry of two measured sides.
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);

@@ -180,6 +180,15 @@ TEST(TimingColumns, OfThreeStepsItIsNotTold) {
               HasSubstr("timing is told by 4 phase steps or more, the twin has 3"));
 }
 
+// Without a rendering the light of an image would stay its own, and late exposures see that of the next.
+TEST(TimingColumns, TheLightOfImagesIsRenderedBesideIt) {
+  const Twin twin = two_cameras();
+  const auto is_rendered = [](const Parameter& p) { return p.group != "light" || !p.is_closed; };
+  EXPECT_TRUE(std::ranges::all_of(refinable_parameters(twin, {"light", "timing"}), is_rendered));
+  EXPECT_FALSE(std::ranges::all_of(refinable_parameters(twin, {"light"}), is_rendered));
+  EXPECT_TRUE(std::ranges::all_of(parameters_of(timed(), "light"), is_rendered));
+}
+
 TEST(TimingColumns, IsWrittenAsItIsRead) {
   const Twin before = two_cameras();
   Twin after = before;
