@@ -148,7 +148,7 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
                                               .name = fmt::format("{}.image_{}.late", name, image),
                                               .unit = "",
                                               .start = timing.late_of(at),
-                                              .step = 0.01});
+                                              .step = 3e-3});
     p.change = [=](Twin& t, double d) { make_late(t, camera, at, n_images, d); };
     if (has_neighbours(image)) p.effect = timing_effect(at, [](double) { return 1.0; });
     p.smallest = std::min(p.start, reach - timing.exposure);
@@ -159,7 +159,7 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
                                             .name = name + ".timing.read_out",
                                             .unit = "",
                                             .start = timing.read_out,
-                                            .step = 0.01});
+                                            .step = 3e-3});
   p.change = [=](Twin& t, double d) { timing_of(t, camera).read_out += d; };
   if (std::ranges::all_of(compared, has_neighbours))
     p.effect = timing_effect(std::nullopt, [](double height) { return height; });
