@@ -8,6 +8,7 @@
 
 #include "render/indirect/indirect_trace.hpp"
 #include "render/pattern/camera_effects.hpp"
+#include "render/pattern/exposure_mix.hpp"
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/formed_harmonics.hpp"
 #include "render/pattern/projector_places.hpp"
@@ -189,6 +190,8 @@ RenderedCamera Renderer::render_of_whole_sensor(const Twin& twin, std::size_t ca
   Twin of_sensor = twin;
   Camera& whole = of_sensor.cameras[camera_index];
   whole.lens = camera.whole_lens();
+  if (whole.timing && whole.timing->rows)  // of a part of the image
+    whole.timing->rows = whole.timing->rows->part(-0.5 * camera.channel->first_px().y(), 0.5);
   whole.channel.reset();
   whole.texture = nullptr;  // of the image's pixels, after the point spread
   RenderedCamera out = render(of_sensor, camera_index, sampling, seed, references);
@@ -203,17 +206,38 @@ RenderedCamera Renderer::render_of_whole_sensor(const Twin& twin, std::size_t ca
 
 RenderedCamera Renderer::render_moving(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                                        std::uint64_t seed, bool references) {
+  const Camera& camera = twin.cameras[camera_index];
   RenderedCamera out = form_camera(twin, camera_index, trace(twin, camera_index, sampling, seed), references);
   const std::size_t n_images = out.irradiance.size();
-  for (std::size_t image = 0; image < n_images; ++image) {
+  const auto formed_at = [&](double time, const auto& form) {
     throw_if_cancelled();
-    const Twin at_image = twin_at_image(twin, image, n_images);
-    const Transport transport = trace(at_image, camera_index, sampling, seed);
-    out.irradiance[image] =
-        std::move(form_camera(at_image, camera_index, transport, false, image).irradiance[0]);
+    const Twin then = twin_at_image(twin, time, n_images);
+    const Transport transport = trace(then, camera_index, sampling, seed);
     out.trace_ms += transport.trace_ms;
     out.rays += transport.rays;
     take_larger(transport.estimate, out.estimate);
+    return form(then, transport);
+  };
+  for (std::size_t image = 0; image < n_images; ++image) {
+    const auto at = static_cast<double>(image);
+    if (!camera.timing) {
+      out.irradiance[image] = formed_at(at, [&](const Twin& then, const Transport& transport) {
+        return std::move(form_camera(then, camera_index, transport, false, image).irradiance[0]);
+      });
+      continue;
+    }
+    const ImageRange own{image, 1}, seen = mixes_patterns(camera, own) ? with_neighbours(own, n_images) : own;
+    const auto patterns = [&](const Twin& then, const Transport& transport) {
+      return form_patterns(then, camera_index, transport, seen);
+    };
+    const ExposureTimes times = exposure_times(*camera.timing, image);
+    const std::vector<ImageF> earlier = formed_at(at + times.middle - times.apart, patterns),
+                              later = formed_at(at + times.middle + times.apart, patterns);
+    RenderedCamera one;
+    one.irradiance.push_back(exposed_moving(camera, image, seen_patterns(earlier, seen, image),
+                                            seen_patterns(later, seen, image)));
+    apply_textures(camera, &one, image);
+    out.irradiance[image] = std::move(one.irradiance[0]);
   }
   return out;
 }

@@ -33,8 +33,9 @@ class Renderer : NotCopyable {
   Transport trace(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                   std::uint64_t seed = 0);
   /// Traces a camera and forms its images; with `references` also white and black images where the sequence
-  /// needs none. Where an object moves (Object::motion) every image has a trace of its own; all else is that
-  /// of the twin as it is, the middle of the sequence, the error the largest of all traces.
+  /// needs none. Where an object moves (Object::motion) every image has a trace of its own, or two where the
+  /// camera has an ExposureTiming; all else is that of the twin as it is, the middle of the sequence, the
+  /// error the largest of all traces.
   RenderedCamera render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                         std::uint64_t seed = 0, bool references = false);
 

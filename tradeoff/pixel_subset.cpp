@@ -194,6 +194,7 @@ Twin window_twin(const Twin& twin, const PixelSubset& subset) {
       std::vector<double> intrinsics = camera.lens.intrinsics();
       intrinsics[2] -= w.x0;
       intrinsics[3] -= w.y0;
+      if (camera.timing) camera.timing->rows = camera.row_heights().part(w.y0, 1.0);
       camera.lens = Lens(camera.lens.model(), intrinsics, {w.width, w.height}, camera.name + " cropped");
       if (camera.channel) camera.channel->sensor_px = {2 * w.width, 2 * w.height};
       out.cameras.push_back(std::move(camera));

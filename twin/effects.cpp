@@ -171,6 +171,10 @@ std::vector<Effect> make_effects() {
        [](const Twin& t) { return t.room.has_lamp(); }, [](Twin& t) { t.room = {}; }, "[room] lamp"},
       light_per_image(),
       shift_per_image(),
+      of_each(
+          &Twin::cameras, EffectStage::light, "exposure timing", "exposures that see one pattern each",
+          [](const Camera& c) { return c.timing.has_value(); }, [](Camera& c) { c.timing.reset(); },
+          "[camera.timing] late, exposure, read_out"),
       in_noise_theory(of_projector(
           "projector falloff", "the same light at every distance",
           [](const Projector& p) { return p.inverse_square; }, [](Projector& p) { p.inverse_square = false; },

@@ -32,6 +32,7 @@ std::vector<Way> all_ways() {
       {"point spread", "of the second camera alone", [](Twin& t) { second(t).psf_px = 0.25; }},
       {"texture within a pixel", "of the second camera alone",
        [](Twin& t) { second(t).texture_spread_px = 0.5; }},
+      {"exposure timing", "of the second camera alone", [](Twin& t) { second(t).timing.emplace(); }},
       {"depth of field", "of the second camera alone",
        [](Twin& t) {
          second(t).optics = Optics{8.0, 10.0, 270.0};

@@ -17,9 +17,8 @@ bool moves(const Object& object) {
 
 bool has_motion(const Twin& twin) { return std::ranges::any_of(twin.objects, moves); }
 
-Twin twin_at_image(const Twin& twin, std::size_t image, std::size_t n_images) {
-  const double gone =
-      n_images < 2 ? 0.0 : static_cast<double>(image) / static_cast<double>(n_images - 1) - 0.5;
+Twin twin_at_image(const Twin& twin, double image, std::size_t n_images) {
+  const double gone = n_images < 2 ? 0.0 : image / static_cast<double>(n_images - 1) - 0.5;
   Twin out = twin;
   for (Object& object : out.objects) {
     if (moves(object))

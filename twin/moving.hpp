@@ -14,8 +14,8 @@ bool has_motion(const Twin& twin);
 
 /// Returns the twin as it is when image `image` of a sequence of `n_images` is taken, its objects at rest:
 /// each has gone by (image/(n_images - 1) - 1/2) of its motion from its place in the twin, which is that of
-/// the middle of the sequence.
-Twin twin_at_image(const Twin& twin, std::size_t image, std::size_t n_images);
+/// the middle of the sequence. A fraction of an image is a time between two of them.
+Twin twin_at_image(const Twin& twin, double image, std::size_t n_images);
 
 /// A key of `motion` in twin.toml, and which of the shape's motions() its numbers are, in their order:
 /// "center_mm" of "center_mm.x", "center_mm.y", "center_mm.z".

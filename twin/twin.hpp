@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "twin/camera_response.hpp"
+#include "twin/exposure_timing.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"
 #include "twin/lens/lens.hpp"
@@ -109,6 +110,9 @@ struct Camera {
   Vignetting vignetting = {};
   /// Of each image of the sequence: what its exposure makes of all light; empty: 1.
   std::vector<double> exposure_factors = {};
+  /// When exposures begin and end beside the patterns; without, each sees the whole of its own alone, and
+  /// objects that move stand still meanwhile.
+  std::optional<ExposureTiming> timing = std::nullopt;
   std::filesystem::path texture_file = {};                ///< an EXR; empty: none
   std::shared_ptr<const PixelTexture> texture = nullptr;  ///< filled by load_meshes()
   /// The colour of a colour sensor whose pixels are the image; empty: all pixels are.
@@ -126,6 +130,13 @@ struct Camera {
   Eigen::Vector2d on_sensor_px(const Eigen::Vector2d& q_px) const {
     return channel ? sensor_place_px(*channel, q_px) : q_px;
   }
+  /// Returns where the image's rows lie on the sensor.
+  RowHeights row_heights() const {
+    if (timing && timing->rows) return *timing->rows;
+    const double first_px = on_sensor_px({0.0, 0.0}).y(), second_px = on_sensor_px({0.0, 1.0}).y(),
+                 height_px = sensor_px().y();
+    return {(first_px + 0.5) / height_px - 0.5, (second_px - first_px) / height_px};
+  }
   /// Returns the lens of the whole sensor, as twin.toml gives it.
   Lens whole_lens() const { return channel ? sensor_lens(lens, *channel) : lens; }
 };
@@ -135,6 +146,15 @@ void list_keys(Keys& keys, const Camera*) {
   keys("psf_px", &Camera::psf_px, NumberRange::between(0.0, 20.0));
   keys("texture_spread_px", &Camera::texture_spread_px, NumberRange::between(0.0, 20.0));
   keys("vignetting"), keys("vignetting_tilt"), keys("exposure_factors"), keys("texture");
+  keys("timing");
+}
+
+template <class Keys>
+void list_keys(Keys& keys, const ExposureTiming*) {
+  keys("exposure", &ExposureTiming::exposure,
+       NumberRange{.min = 0.0, .max = 1.0, .min_excluded = true, .smallest = 1e-3});
+  keys("read_out", &ExposureTiming::read_out, NumberRange::between(0.0, 1.0));
+  keys("late");
 }
 
 struct ProjectorResponse {

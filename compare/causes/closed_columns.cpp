@@ -244,6 +244,7 @@ class ClosedList : private GroupList {
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
       if (group_ == "exposure") add_exposure(c);
+      if (group_ == "timing" && twin_.projector) add_all(timing_parameters(twin_, c, compared_images()));
       if (group_ == "room_light") add_room_light(twin_.cameras[c]);
       if (group_ == "camera_response") add_all(response_parameters(twin_.cameras[c]));
       if (group_ == "camera_knee") add_all(knee_parameters(twin_, c));
@@ -290,8 +291,10 @@ class ClosedList : private GroupList {
       p.change = [image, first, of_twin, n = patterns_.size()](Twin& t, double d) {
         change_factors(of_twin(t), image, first, n, d);
       };
-      // the room's light is no factor's, and another lamp, albedo or pose changes it
-      p.is_closed = !twin_.room.has_lamp();
+      // the room's light is no factor's, and another lamp, albedo or pose changes it; an exposure that
+      // reaches into another pattern sees that one's light, too
+      p.is_closed = !twin_.room.has_lamp() &&
+                    std::ranges::none_of(twin_.cameras, [](const Camera& c) { return c.timing.has_value(); });
     }
   }
 
@@ -434,7 +437,7 @@ void find_room_light(render::Renderer& renderer, const Twin& twin, std::vector<G
   view.projector->ambient_factors.clear(), view.projector->light_factors.clear();
   view.render.bounces = 0;
   for (Camera& camera : view.cameras)
-    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
+    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear(), camera.timing.reset();
   for (GridSamples& s : samples) {
     const ImageF image = render_grid(renderer, view, s.camera, s.grid, kRoomPoints).front();
     s.room_light.clear();

@@ -27,6 +27,8 @@ Camera thinned(const Camera& camera, const GridView& grid) {
   Camera out = camera;
   out.vignetting = {};  // these follow the whole image: applied afterwards
   out.texture = nullptr;
+  // rows are exposed when those of the whole image are
+  if (out.timing) out.timing->rows = camera.row_heights().part(grid.first_y, grid.stride);
   std::vector<double> intrinsics = camera.lens.intrinsics();
   const double k = grid.stride;
   intrinsics[0] /= k;

@@ -114,6 +114,10 @@ Numbers numbers_of(const Twin& twin) {
     out[c.name + ".psf"] = c.psf_px;
     for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i)
       out[fmt::format("{}.image_{}.exposure", c.name, i)] = factor_of(c.exposure_factors, i);
+    const ExposureTiming timing = c.timing.value_or(ExposureTiming{});
+    for (std::size_t i = 0; i < expand_sequence(twin.fringes).size(); ++i)
+      out[fmt::format("{}.image_{}.late", c.name, i)] = timing.late_of(i);
+    out[c.name + ".read_out"] = timing.read_out;
     for (std::size_t i = 0; i < 3; ++i) out[fmt::format("{}.a{}", c.name, i + 1)] = c.vignetting.a[i];
     for (std::size_t i = 0; i < 2; ++i) out[c.name + ".tilt." + "xy"[i]] = c.vignetting.tilt[i];
     const CameraResponse& response = c.sensor.response;
@@ -229,6 +233,9 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"left.vignetting_tilt.x", "left.tilt.x"},
       {"right.vignetting_tilt.y", "right.tilt.y"},
       {"left.vignetting.a1", "left.a1"},
+      {"left.image_0.late", "left.image_0.late"},
+      {"right.image_17.late", "right.image_17.late"},
+      {"right.timing.read_out", "right.read_out"},
       {"right.response.slope", "right.slope"},
       {"right.response.knee_dn", "right.knee_dn"},
       {"ball.diffuse", "ball.diffuse"},

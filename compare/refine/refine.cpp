@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -35,14 +36,12 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
   return std::ranges::find(asked, name) != asked.end();
 }
 
-/// A device's or an object's name alone asks for what is told apart from the rest of it: not for its size,
-/// its gloss, its intrinsics, its motion, the field of its light, high harmonics, its halo, its knee or its
-/// response, nor for what no key holds.
+/// A device's or an object's name alone asks for all of it but these groups, and what no key holds.
+constexpr std::array kByThemselves{"size",   "specular",        "intrinsics",      "motion",
+                                   "timing", "projector_field", "blur_field",      "camera_knee",
+                                   "halo",   "camera_response", "harmonics_field", "harmonics_high"};
 bool matches(const Parameter& p, const std::string& asked) {
-  const bool by_itself = p.group == "size" || p.group == "specular" || p.group == "intrinsics" ||
-                         p.group == "motion" || p.group == "projector_field" || p.group == "blur_field" ||
-                         p.group == "camera_knee" || p.group == "camera_response" || p.group == "halo" ||
-                         p.group == "harmonics_field" || p.group == "harmonics_high" || !p.change;
+  const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
@@ -89,6 +88,7 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
   const auto is_fitted = [&](const char* group) {
     return std::ranges::any_of(chosen, [=](const Parameter& p) { return p.group == group; });
   };
+  if (is_fitted("timing")) make_ready_for_timing(twin, chosen);
   if (is_fitted("camera_knee") && is_fitted("camera_response"))
     throw UserError(ExitCode::usage, "--refine",
                     "camera_knee and camera_response are both the camera's curve, which is a knee or a table",
@@ -319,7 +319,7 @@ class Refiner {
     const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
     // a place, and the light of an image beside that of the others: nothing may be its finding
     const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light" ||
-                             p.group == "exposure" || p.group == "image_shift";
+                             p.group == "exposure" || p.group == "image_shift" || p.group == "timing";
     return !may_be_none && sigma > std::max(std::abs(value), std::abs(value - p.shown(p.start)));
   }
 

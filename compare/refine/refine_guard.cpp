@@ -11,6 +11,7 @@
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/verdict/coverage.hpp"
 #include "compare/verdict/explained.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -80,6 +81,17 @@ void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaint
 }
 
 }  // namespace
+
+void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen) {
+  constexpr int kFewest = 4;
+  if (twin.fringes.steps < kFewest)
+    throw UserError(
+        ExitCode::usage, "--refine",
+        fmt::format("timing is told by {} phase steps or more, the twin has {}", kFewest, twin.fringes.steps),
+        "leave it out: light and image_shift are told by 3");
+  for (Parameter& p : chosen)
+    if (p.group == "light") p.is_closed = false;
+}
 
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated) {
   std::vector<std::string> warnings;  // those of the comparison come with it

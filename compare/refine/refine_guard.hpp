@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says what a refinement made worse, and takes it back: a twin may only get better by one
+// Refuses a refinement, or says what it made worse and takes it back: a twin may only get better by one
 // (docs/metrics/causes.md, "Refinement").
 #pragma once
 #include <string>
 #include <vector>
 
+#include "compare/causes/parameter.hpp"
 #include "compare/result/refined.hpp"
 #include "compare/result/rows.hpp"
 #include "compare/result/side.hpp"
@@ -22,6 +23,11 @@ struct Standing {
   bool scatters = false;    ///< its noise has the scatter of bounces
   std::vector<ExplainedRow> rows{};  ///< of coverage, phase and the objects' fits
 };
+
+/// Throws UserError(usage) where a twin has too few phase steps for `--refine timing`: of three, what a late
+/// exposure does is what a light and a shift of the image do. Lets the light of images be rendered beside it:
+/// an exposure that reaches into another pattern sees that one's light, too.
+void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen);
 
 /// Returns the rows of coverage and geometry of two measured sides.
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);

@@ -76,6 +76,13 @@ std::string response_text(const CameraResponse& r) {
   return fmt::format("{{ table = [{}] }}", fmt::join(points, ", "));
 }
 
+/// A number where all images are alike, else one per image.
+std::string late_text(const ExposureTiming& timing) {
+  if (std::ranges::all_of(timing.late, [&](double late) { return late == timing.late.front(); }))
+    return fmt::format("{}", timing.late_of(0));
+  return numbers(timing.late);
+}
+
 void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Camera& after) {
   ChangedKeys camera({.table = {"camera"}, .entry = after.name});
   add_device(camera, before.whole_lens(), before.T_cam_world, after.whole_lens(), after.T_cam_world);
@@ -93,6 +100,12 @@ void add_camera(std::vector<TomlBlock>& blocks, const Camera& before, const Came
              fmt::format("{}", after.sensor.black_level_dn));
   sensor.key("response", response_text(before.sensor.response), response_text(after.sensor.response));
   sensor.append_to(blocks);
+  const ExposureTiming then = before.timing.value_or(ExposureTiming{}),
+                       now = after.timing.value_or(ExposureTiming{});
+  ChangedKeys timing({.table = {"camera", "timing"}, .entry = after.name});
+  timing.key("read_out", fmt::format("{}", then.read_out), fmt::format("{}", now.read_out));
+  timing.key("late", late_text(then), late_text(now));
+  timing.append_to(blocks);
 }
 
 std::string halo_text(const std::vector<Halo>& halo) {
@@ -214,7 +227,8 @@ std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after) {
 std::vector<TomlBlock> refinable_tables(const Twin& twin) {
   std::vector<TomlBlock> tables;
   for (const Camera& camera : twin.cameras)
-    tables.push_back({.table = {"camera", "sensor"}, .entry = camera.name});
+    for (const char* table : {"sensor", "timing"})
+      tables.push_back({.table = {"camera", table}, .entry = camera.name});
   if (twin.projector) tables.push_back({.table = {"projector"}});
   for (const DirectionFringes& direction : twin.fringes.directions)
     tables.push_back({.table = {"fringes", axis_name(direction.axis)}});

@@ -33,18 +33,6 @@ std::vector<ImageF*> all_images(RenderedCamera* rendered) {
   return images;
 }
 
-void apply_lens_effects(const Camera& camera, RenderedCamera* rendered) {
-  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
-  if (!vignetting && camera.psf_px == 0.0) return;
-  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
-  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
-  for (ImageF* image : all_images(rendered)) {
-    if (vignetting)
-      for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
-    if (!kernel.empty()) *image = convolve_separable(*image, kernel);
-  }
-}
-
 }  // namespace
 
 std::vector<double> psf_kernel(double sigma_px) {
@@ -101,8 +89,20 @@ ImageF vignetting_map(const Camera& camera) {
   return map;
 }
 
-void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
+void apply_lens_effects(const Camera& camera, RenderedCamera* rendered) {
   FT_CHECK(!camera.spreads_over_sensor(), "a point spread reaches over pixels of other colours");
+  const bool vignetting = camera.vignetting.kind != Vignetting::Kind::none;
+  if (!vignetting && camera.psf_px == 0.0) return;
+  const ImageF map = vignetting ? vignetting_map(camera) : ImageF();
+  const std::vector<double> kernel = camera.psf_px > 0.0 ? psf_kernel(camera.psf_px) : std::vector<double>();
+  for (ImageF* image : all_images(rendered)) {
+    if (vignetting)
+      for (std::size_t i = 0; i < image->size(); ++i) image->data[i] *= map.data[i];
+    if (!kernel.empty()) *image = convolve_separable(*image, kernel);
+  }
+}
+
+void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image) {
   apply_lens_effects(camera, rendered);
   apply_textures(camera, rendered, first_image);
 }

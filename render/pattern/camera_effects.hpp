@@ -31,6 +31,8 @@ ImageF vignetting_map(const Camera& camera);
 /// A point spread goes over all pixels of a sensor: a camera with a channel has none here
 /// (Renderer::render()).
 void apply_camera_effects(const Camera& camera, RenderedCamera* rendered, std::size_t first_image = 0);
+/// Applies vignetting and point spread alone, which come first.
+void apply_lens_effects(const Camera& camera, RenderedCamera* rendered);
 /// Applies the texture of the camera's pixels alone, which comes last.
 void apply_textures(const Camera& camera, RenderedCamera* rendered, std::size_t first_image = 0);
 

@@ -194,16 +194,34 @@ void light_up(const Recipe& recipe, const Transport& transport, std::ptrdiff_t f
       recipe.out[k] += more_ambient * transport.ambient.data[static_cast<std::size_t>(k)];
 }
 
+Twin without_exposures(const Twin& twin, std::size_t camera_index) {
+  Twin out = twin;
+  out.cameras[camera_index].exposure_factors.clear();
+  return out;
+}
+
+// Adds images under a projector that is all bright, and all dark.
+void add_references(const Twin& twin, const Transport& transport, RenderedCamera& out) {
+  const auto level = [&](double value) {
+    const auto factor = static_cast<float>(twin.projector->response(value));
+    ImageF even = transport.ambient;
+    for (std::size_t i = 0; i < even.size(); ++i) even.data[i] += factor * transport.mean.data[i];
+    return even;
+  };
+  out.white = level(1.0);
+  out.black = level(0.0);
+}
+
 }  // namespace
 
 // Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k),
 // or ambient + the image evaluated directly, each with the factors of its image.
 std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport,
-                                std::optional<std::size_t> image) {
+                                std::optional<ImageRange> range) {
   const auto sequence = expand_sequence(twin.fringes);
   const auto n_pixels = static_cast<std::ptrdiff_t>(transport.mean.size());
-  const std::size_t first_image = image.value_or(0);
-  std::vector<ImageF> images(image ? 1 : sequence.size());
+  const std::size_t first_image = range ? range->first : 0;
+  std::vector<ImageF> images(range ? range->count : sequence.size());
   std::vector<ImageF*> blank;
   for (ImageF& formed_image : images) blank.push_back(&formed_image);
   make_blank(blank, transport.mean.width, transport.mean.height);
@@ -235,22 +253,32 @@ std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, cons
   return images;
 }
 
+std::vector<ImageF> form_patterns(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                                  ImageRange range) {
+  RenderedCamera seen;
+  seen.irradiance = form_images(without_exposures(twin, camera_index), camera_index, transport, range);
+  apply_lens_effects(twin.cameras[camera_index], &seen);
+  return std::move(seen.irradiance);
+}
+
 RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
                            bool references, std::optional<std::size_t> image) {
+  const Camera& camera = twin.cameras[camera_index];
+  const std::size_t n_images = expand_sequence(twin.fringes).size();
+  const ImageRange asked = image ? ImageRange{*image, 1} : ImageRange{0, n_images};
   RenderedCamera out;
-  out.camera = twin.cameras[camera_index].name;
-  out.irradiance = form_images(twin, camera_index, transport, image);
-  if (references || (!image && needs_white_black(twin.fringes))) {
-    const auto level = [&](double value) {
-      const auto factor = static_cast<float>(twin.projector->response(value));
-      ImageF even = transport.ambient;
-      for (std::size_t i = 0; i < even.size(); ++i) even.data[i] += factor * transport.mean.data[i];
-      return even;
-    };
-    out.white = level(1.0);
-    out.black = level(0.0);
+  out.camera = camera.name;
+  const bool mixes = mixes_patterns(camera, asked);
+  if (!mixes) out.irradiance = form_images(twin, camera_index, transport, asked);
+  if (references || (!image && needs_white_black(twin.fringes))) add_references(twin, transport, out);
+  apply_lens_effects(camera, &out);
+  if (mixes) {
+    const ImageRange seen = with_neighbours(asked, n_images);
+    const std::vector<ImageF> patterns = form_patterns(twin, camera_index, transport, seen);
+    for (std::size_t k = asked.first; k < asked.first + asked.count; ++k)
+      out.irradiance.push_back(exposed(camera, k, seen_patterns(patterns, seen, k)));
   }
-  apply_camera_effects(twin.cameras[camera_index], &out, image.value_or(0));
+  apply_textures(camera, &out, asked.first);
   static_cast<TraceRecord&>(out) = transport;
   return out;
 }

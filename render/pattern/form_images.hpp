@@ -7,17 +7,24 @@
 
 #include "render/base/rendered_camera.hpp"
 #include "render/base/transport.hpp"
+#include "render/pattern/exposure_mix.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
 
-/// Returns the irradiance images of the twin's sequence, in sequence order, as a camera gathers them: with
-/// the factors of light and exposure of each image, without the effects of the camera's lens; with `image`
-/// that one alone.
+/// Returns the irradiance images of the twin's sequence, in sequence order, as a camera gathers them that
+/// sees each pattern alone: with the factors of light and exposure of each image, without the effects of the
+/// camera's lens; with `range` those alone.
 std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport,
-                                std::optional<std::size_t> image = {});
+                                std::optional<ImageRange> range = {});
 
-/// Returns the images of a traced camera as Renderer::render() makes them: patterns, then the lens's effects.
+/// Returns the same behind the camera's lens, without the factors of exposure: what exposures see, before
+/// their timing (exposure_mix.hpp) and the texture of the pixels.
+std::vector<ImageF> form_patterns(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                                  ImageRange range);
+
+/// Returns the images of a traced camera as Renderer::render() makes them: patterns, then the lens's effects,
+/// then what the camera's exposures see of the patterns, which white and black images do not have.
 /// `references` asks for white and black images also where the sequence needs none; with `image` only that
 /// one of the sequence is formed.
 RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,

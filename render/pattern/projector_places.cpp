@@ -26,7 +26,7 @@ Twin showing_places(const Twin& twin) {
   view.render.bounces = 0;
   view.room = {};
   for (Camera& camera : view.cameras)
-    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear();
+    camera.vignetting = {}, camera.texture = nullptr, camera.exposure_factors.clear(), camera.timing.reset();
   const Eigen::Vector2d pitches_px = pitch_px(*twin.projector);
   view.fringes = {
       .directions = {{Axis::x, {pitches_px.x()}, {0.0}, {}}, {Axis::y, {pitches_px.y()}, {0.0}, {}}},

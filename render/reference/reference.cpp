@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "render/base/quadrature.hpp"
+#include "render/reference/reference_exposure.hpp"
 #include "render/reference/reference_material.hpp"
 #include "render/reference/reference_mesh.hpp"
 #include "render/reference/reference_pattern.hpp"
@@ -467,6 +468,7 @@ ReferencePixel Reference::without_texture(std::size_t camera, int x, int y,
           impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? quadrature.bounce_n : 0),
                      wx * wy * lens_weight * reference_vignetting(device, q), out);
       }
+  out.irradiance = reference_exposed(device, y, out.irradiance);
   const std::vector<double>& exposures = device.exposure_factors;
   for (std::size_t i = 0; i < exposures.size(); ++i) out.irradiance.at(i) *= exposures[i];
   return out;

@@ -25,6 +25,30 @@ vec3 bounce_start(const Hit hit) {
   return hit.p + hit.n_geometric * (params.light.y * max(max(abs(hit.p.x), abs(hit.p.y)), abs(hit.p.z)));
 }
 
+// Sets what part of the projector's image a direction stands for that met a surface, one of a set of n with the
+// density of the cosine: a square of its solid angle. Fringes that are finer there are averaged out; point by
+// point they would leave noise like that of random phases. `cosine`: towards the place that gathers.
+void set_spread(const Hit other, vec3 d, float cosine, uint n, real2 u) {
+  const float LEAST = 0.05, STEP = 0.1;
+  float half_side = 0.5 * other.t * sqrt(PI / (float(n) * max(cosine, LEAST)));
+  float slope = max(abs(dot(d, other.n_geometric)), LEAST);
+  vec3 across = cross(d, other.n_geometric);
+  float across_sq = dot(across, across);
+  vec3 t, b;
+  basis(other.n_geometric, t, b);
+  across = across_sq > 1e-6 ? across / sqrt(across_sq) : t;
+  vec3 along = cross(other.n_geometric, across);
+  real2 moved_across, moved_along;
+  float kept = defocus;
+  project(real3(other.p + (STEP * half_side) * across), moved_across);
+  project(real3(other.p + (STEP * half_side / slope) * along), moved_along);
+  defocus = kept;
+  vec2 x = vec2(moved_across - u) / STEP, y = vec2(moved_along - u) / STEP;
+  footprint_x = max(abs(x.x), abs(x.y)) < 1e4 ? x : vec2(0.0);
+  footprint_y = max(abs(y.x), abs(y.y)) < 1e4 ? y : vec2(0.0);
+  spread_px2 = (footprint_x * footprint_x + footprint_y * footprint_y) / 3.0;
+}
+
 // What a ray from a surface meets; it reflects by Lambert's law alone, its lobe is left out.
 Hit bounce_hit(vec3 o, vec3 d) {
   ray_from_camera = false;

@@ -59,6 +59,7 @@ void main() {
     float share = arrives ? 1.0 / float(n) : 0.0, before = mean;
     float w = shade(other, real3(other.p), d, u, shadow_rays) * share;
     mean += w;
+    set_spread(other, d, dot(d, hit.n), n / 2u, u);
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
     if (MORE_BOUNCES != 0) add_light_of_cell(other, share * other.material.x, mean, cosine, sine, direct);
     first_half += 2u * k < n ? mean - before : 0.0;

@@ -9,6 +9,8 @@ const float MOST_FOOTPRINT_PX = 16.0;     // of an image
 // The sample's share of the pixel, projected (px of the projector): its middle as seen from the sample and
 // two half sides. All 0: a point. Set by footprint.glsl.
 vec2 footprint_middle = vec2(0.0), footprint_x = vec2(0.0), footprint_y = vec2(0.0);
+// Variance of the projector's coordinates over what a direction from a surface stands for, px^2; bounce.glsl.
+vec2 spread_px2 = vec2(0.0);
 
 // What an error of a pair counts, of one of its fundamental.
 #define SHARE(i) ((FUNDAMENTALS & (1 << i)) != 0 ? 1.0 : params.pitch_share[i / 4][i % 4])
@@ -178,6 +180,12 @@ float pitch_contrast(int i) {
   return disk_attenuation(TWO_PI * defocus * dot(pitch.zw, params.projector_f.xy) * pitch.x);
 }
 
+// What is left of a pair over what a direction stands for, taken as normal.
+float spread_attenuation(int i) {
+  vec4 pitch = params.pitch[i];
+  return exp(-0.5 * TWO_PI * TWO_PI * pitch.x * pitch.x * dot(pitch.zw, spread_px2));
+}
+
 void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float sine[MAX_PITCHES],
                   inout float direct[MAX_DIRECT]) {
   float c1 = 1.0, s1 = 0.0, c = 1.0, s = 0.0;  // of the pitch; of the pair
@@ -201,6 +209,7 @@ void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float
     float v = w;                                                                \
     if (DEFOCUS != 0) v *= pitch_contrast(i);                                   \
     if (BLUR_FIELD != 0) v *= exp(more * params.pitch[i].x * params.pitch[i].x); \
+    if (BOUNCES != 0) v *= spread_attenuation(i);                               \
     cosine[i] += v * c;                                                         \
     sine[i] += v * s;                                                           \
   }

@@ -41,8 +41,9 @@ std::string_view without_index(std::string_view key) { return key.substr(0, key.
 
 bool is_after_the_trace(std::string_view path) {
   const std::string_view key = without_index(key_of_camera(path));
-  return is_one_of(key, {"psf_px", "vignetting", "vignetting_tilt", "exposure_factors", "texture",
-                         "texture_spread_px"}) ||
+  return is_one_of(key,
+                   {"psf_px", "vignetting", "vignetting_tilt", "exposure_factors", "texture",
+                    "texture_spread_px", "timing", "timing.exposure", "timing.read_out", "timing.late"}) ||
          is_one_of(without_index(path), {"projector.light_factors", "projector.ambient_factors"});
 }
 

@@ -418,6 +418,7 @@ Twin everything() {
     c.sensor.dsnu.values = std::make_shared<const ImageF>(c.lens.width(), c.lens.height(), 0.25F);
     c.psf_px = 0.4;
     c.texture_spread_px = 0.5;
+    c.timing = ExposureTiming{.exposure = 0.9, .read_out = 0.2, .late = {0.05}};
     c.vignetting.kind = Vignetting::Kind::cos4;
     const auto texture = std::make_shared<PixelTexture>();
     texture->factor = ImageF(c.lens.width(), c.lens.height(), 0.9F);

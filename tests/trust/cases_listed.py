@@ -321,6 +321,19 @@ def drift(rig, twin, random):
     rig.fringe_shift_px = np.linspace(0, 0.4, len(rig.patterns()))
 
 
+LATE = {4: 0.1, 9: 0.1}  # images whose exposures reach so far into the next pattern
+
+
+def late_exposures(rig, twin, random):
+    rig.exposure_late = [LATE.get(k, 0.0) for k in range(len(rig.patterns()))]
+
+
+def read_out(periods):
+    def plant(rig, twin, random):
+        rig.read_out = periods
+    return plant
+
+
 def moving(x, y, z):
     def plant(rig, twin, random):
         rig.motion_mm = vector(x, y, z)
@@ -358,6 +371,12 @@ listed("camera_defocus_large", "the camera is out of focus by 1.5 px", defocus(1
 listed("vibration", "the fringes of each image are shifted at random by 0.1 px rms", vibration(0.1), BALL, SHIFT)
 listed("step_errors", "the phase steps are wrong by 0.02 rad rms", vibration(0.02 * 15 / (2 * np.pi)), BALL, SHIFT)
 listed("fringe_drift", "the fringes drift by 0.4 px from the first image to the last", drift, BALL, SHIFT)
+# Only `--refine` knows this group.
+add_case("late_exposure", "light", "the exposures of two images reach 0.1 into the next pattern; `--refine timing`", late_exposures,
+         BALL, expect="explained", refine="timing", values={f"left.image_{k}.late": late for k, late in LATE.items()})
+add_case("rolling_shutter", "light", "rows are exposed one after the other, the last one 0.25 of a pattern's time after the first; "
+         "`--refine timing`", read_out(0.25), BALL, expect="explained", refine="timing",
+         values={"left.timing.read_out": 0.25})
 listed("motion", "the sphere moves by 0.05 mm while the images are taken", moving(0.04, 0.0, 0.03), BALL, "motion",
        values=way(0.04, 0.0, 0.03))
 listed("motion_small", "the sphere moves by 0.03 mm while the images are taken", moving(0.02, 0.01, -0.02), BALL, "motion",

@@ -95,6 +95,8 @@ class Rig:
         self.image_factor = None  # a factor on the light of each image
         self.fringe_shift_px = None  # how far the fringes of each image are shifted along the projector's coordinate
         self.motion_mm = None  # way of the first object (a sphere) from the first image to the last, about its place
+        self.exposure_late = None  # of each image: how much after its pattern its exposure begins, of the time to the next image
+        self.read_out = 0.0  # how much later the last row of a camera begins than the first, in the same unit
         self.camera_field = None  # (column, row) -> factor on what a camera sees
         self.camera_blur_px = 0.0  # sigma of the camera's own blur
         self.projector_response = None  # drive level -> light
@@ -196,7 +198,23 @@ class Rig:
                         first, last = (coordinate + shift + per_px * (end - node) / 2 for end in ends[i:i + 2])
                         shown = mean_between(first, last, *integrals[pattern])
                     out[k] += wa * wb / 4 * (factor * shown + lamps)
-        return blurred(out, self.camera_blur_px, margin) if margin else out
+        out = blurred(out, self.camera_blur_px, margin) if margin else out
+        return self.exposed_in_time(out) if self.exposure_late is not None or self.read_out else out
+
+    def exposed_in_time(self, shown):
+        """What exposures of a whole pattern's length see that begin before or after their pattern, each row in its own time: the
+        light that has come in until a time is a line from pattern to pattern, and an exposure is a difference of two of its points."""
+        n, rows = shown.shape[:2]
+        so_far = np.concatenate([np.zeros_like(shown[:1]), np.cumsum(np.concatenate([shown[:1], shown, shown[-1:]]), 0)])
+        late = np.zeros(n) if self.exposure_late is None else np.asarray(self.exposure_late)
+        begin = 1 + np.arange(n)[:, None] + late[:, None] + self.read_out * ((np.arange(rows) + 0.5) / rows - 0.5)
+
+        def until(time):
+            whole = np.floor(time).astype(int)
+            row = np.arange(rows)
+            part = (time - whole)[..., None]
+            return (1 - part) * so_far[whole, row] + part * so_far[np.minimum(whole + 1, n + 2), row]
+        return until(begin + 1) - until(begin)
 
     def traced(self, camera, X, Y, right, down, time):
         """Of the points `right` and `down` of the pixels' centres: what the camera gets of a level of 1 of the projector, the

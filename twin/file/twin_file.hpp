@@ -31,8 +31,8 @@ std::vector<PatternImage> read_pattern_images(const TomlTable& root,
                                               const TwinFileContext& context);
 /// `twin`: its projector is there already.
 Room read_room(const TomlTable& root, const Twin& twin);
-/// The factors and shifts of each image of the sequence, of cameras and projector: `twin` has its fringes
-/// already.
+/// The factors, shifts and exposures of each image of the sequence, of cameras and projector: `twin` has its
+/// fringes already.
 void read_light_factors(const TomlTable& root, Twin& twin);
 std::vector<Object> read_objects(const TomlTable& root, const TwinFileContext& context);
 RenderOptions read_render(const TomlTable& root);

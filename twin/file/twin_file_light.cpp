@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light of the room, and factors of each image of the sequence: [room], light_factors, ambient_factors and
-// exposure_factors and image_shifts_px of twin.toml.
+// Light of the room, and what each image of the sequence has of its own: [room], light_factors,
+// ambient_factors, exposure_factors, image_shifts_px and [camera.timing] of twin.toml.
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
@@ -41,6 +43,48 @@ void read_image_shifts(const TomlTable& table, Twin& twin) {
                  "use 0");
 }
 
+/// Returns by how much each image is late, one number where all are alike. Refuses exposures that would see
+/// more than the neighbouring patterns.
+std::vector<double> read_late(const TomlTable& table, const ExposureTiming& timing, std::size_t n_images) {
+  static const std::string key = "late";
+  const NumberRange range = NumberRange::between(-1.0, 1.0);
+  std::vector<double> late;
+  if (table.has(key) && !table.is_array(key))
+    late = {*table.number(key, range)};
+  else
+    late = read_of_images(table, key, range, n_images, "a number, or one number for all of them,");
+  const double reach = 0.5 * timing.read_out;
+  for (std::size_t k = 0; k < std::max<std::size_t>(1, late.size()); ++k) {
+    const double of_image = late.empty() ? 0.0 : late[k];
+    const std::string image = late.size() > 1 ? fmt::format("image {}", k) : "an image";
+    if (of_image - reach < -timing.exposure)
+      table.fail(key,
+                 fmt::format("lets the exposure of {} end before its own pattern begins in some rows: it "
+                             "begins {:.6g} before that",
+                             image, reach - of_image),
+                 fmt::format("keep late - read_out/2 >= -exposure = {}", -timing.exposure));
+    if (of_image + reach > 1.0)
+      table.fail(key,
+                 fmt::format("lets the exposure of {} begin after its own pattern ends in some rows: "
+                             "{:.6g} after that begins",
+                             image, of_image + reach),
+                 "keep late + read_out/2 <= 1");
+  }
+  return late;
+}
+
+/// A table without keys is none.
+std::optional<ExposureTiming> read_timing(const TomlTable& camera, std::size_t n_images) {
+  const auto table = camera.table("timing");
+  if (!table) return std::nullopt;
+  table->allow(names_of_keys<ExposureTiming>());
+  if (table->keys().empty()) return std::nullopt;
+  ExposureTiming timing;
+  read_plain_keys(*table, timing);
+  timing.late = read_late(*table, timing, n_images);
+  return timing;
+}
+
 }  // namespace
 
 Room read_room(const TomlTable& root, const Twin& twin) {
@@ -60,8 +104,10 @@ void read_light_factors(const TomlTable& root, Twin& twin) {
   const std::size_t n = expand_sequence(twin.fringes).size();
   const NumberRange positive{.min = kSmallest, .max = kLargest}, or_none{.min = 0.0, .max = kLargest};
   const std::vector<TomlTable> cameras = root.tables("camera");
-  for (std::size_t c = 0; c < twin.cameras.size(); ++c)
+  for (std::size_t c = 0; c < twin.cameras.size(); ++c) {
     twin.cameras[c].exposure_factors = read_of_images(cameras.at(c), "exposure_factors", positive, n);
+    twin.cameras[c].timing = read_timing(cameras.at(c), n);
+  }
   if (!twin.projector) return;
   const TomlTable projector = *root.table("projector");
   twin.projector->light_factors = read_of_images(projector, "light_factors", positive, n);
