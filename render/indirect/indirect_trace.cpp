@@ -16,7 +16,7 @@ namespace fringetwin::render {
 namespace {
 
 // Light over other surfaces is interpolated to so much of itself.
-constexpr float kTolerance = 0.01F;
+constexpr float kTolerance = 0.004F;
 // Places from which cells are looked for.
 constexpr std::size_t kPlacesForCells = 4096;
 // Where a pixel that an edge crosses is looked through, px from its middle: 2 x 2 points of Gauss's rule.
