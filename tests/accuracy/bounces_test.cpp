@@ -188,8 +188,8 @@ TEST(AllBounces, UnderFringesAgreeWithPathsAtRandom) {
     twin.render.bounces = bounces;
     const double full_scale = twin.cameras[0].sensor.max_dn() / twin.cameras[0].sensor.gain_dn;
     const auto truth =
-        reference_block(render::Reference(twin), 0, {20, 20, 120, 80, 17}, {.gauss_n = 2, .bounce_n = 96});
-    for (const int directions : {256, 4096}) {
+        reference_block(render::Reference(twin), 0, {20, 20, 120, 80, 17}, {.gauss_n = 2, .bounce_n = 160});
+    for (const int directions : {256, 4096, 16384}) {
       twin.render.bounce_samples = directions;
       const auto rendered = shared_renderer()->trace(twin, 0, sampling);
       Errors phase, gray, moved, share;
