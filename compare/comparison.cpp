@@ -41,6 +41,8 @@ namespace {
 using measure::DirectionDecode;
 
 constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
+/// Light over other surfaces is gathered at every eighth pixel of smooth surfaces and interpolated between.
+constexpr double kPixelsOfOneGathering = 64.0;
 constexpr double kFarPeriods = 0.4;  ///< further than this gray values say nothing of a small change's effect
 constexpr double kManyOrders = 0.01;  ///< share of order disagreements that noise and outlines do not make
 
@@ -49,11 +51,8 @@ constexpr double kManyOrders = 0.01;  ///< share of order disagreements that noi
 void add_bounces(const Twin& twin, const CompareOptions& options, std::size_t camera, double gain_dn,
                  RenderingError& error) {
   if (!options.renderer || twin.render.bounces == 0) return;
-  const int points =
-      render::without_adaptation(render::choose_sampling(twin, options.render.value_or(twin.render)), twin,
-                                 twin.cameras[camera])
-          .samples;
-  error.scatter_dn2 = gain_dn * gain_dn * bounce_scatter(*options.renderer, twin, camera, points);
+  error.scatter_dn2 = gain_dn * gain_dn * bounce_scatter(*options.renderer, twin, camera);
+  error.scatters_alike = kPixelsOfOneGathering;
   error.estimated = true;
 }
 
@@ -204,8 +203,6 @@ Sensitivity sensitivity_of(const Twin& twin, const CompareOptions& options,
   find_projector_places(*options.renderer, twin, samples);
   find_room_light(*options.renderer, twin, samples);
   Sensitivity sensitivity(*options.renderer, std::move(samples));
-  if (twin.render.bounces > 0)  // of how many points the scatter is
-    sensitivity.choose_points(sensitivity.holds_code(twin) ? with_empty_halo(twin) : twin);
   sensitivity.add_scatter_of(twin);
   // what the pixels have of their own is taken from these images: no evidence
   if (options.textured()) sensitivity.free_in_all(free_per_pixel(options.refinement->own));

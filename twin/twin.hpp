@@ -316,7 +316,7 @@ void list_keys(Keys& keys, const RenderOptions*) {
   keys("sampler");
   keys("shadow", &RenderOptions::shadow);
   keys("bounces");
-  keys("bounce_samples", &RenderOptions::bounce_samples, 1, 4096);
+  keys("bounce_samples", &RenderOptions::bounce_samples, 2, 65536);
 }
 
 enum class Triangulate { stereo, projector };

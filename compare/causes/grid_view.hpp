@@ -99,8 +99,8 @@ std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, st
                                 const GridView& grid, int samples, std::uint64_t seed = 0);
 
 /// Returns the covariance (sequence order) that the directions of bounces, taken at random, leave in the
-/// irradiance of a pixel of so many points: its images have the same directions, another pixel has others.
+/// irradiance of a pixel: its images have the same directions, pixels far from it have others.
 /// Empty without bounces.
-Eigen::MatrixXd bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index, int samples);
+Eigen::MatrixXd bounce_scatter(render::Renderer& renderer, const Twin& twin, std::size_t index);
 
 }  // namespace fringetwin::compare

@@ -258,7 +258,7 @@ void Sensitivity::take_exposures(const Twin& twin) {
 
 void Sensitivity::add_scatter_of(const Twin& twin) {
   for (GridSamples& s : samples_) {
-    const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera, residual_samples_);
+    const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera);
     if (scatter.size() == 0) continue;
     s.scatter_dn2 = s.gain_dn * s.gain_dn * scatter(s.images, s.images);
     for (std::size_t i = 0; i < s.weight.size(); ++i)

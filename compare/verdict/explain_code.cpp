@@ -231,7 +231,7 @@ class CodeExplanation {
       out.add(value->residual_dn * value->residual_dn, value->noise_dn2, own + shaded, shared, black_dn2());
       out.texture += value->edge_dn2;
       out.shape += shaded;
-      levels[k].add(1.0, value->residual_dn, own, black_dn2());
+      levels[k].add(1.0, value->residual_dn, own + (rendering_.scatters_alike - 1.0) * scatter, black_dn2());
       levels[k].together += value->moved_dn;
       levels[k].shape += value->shaded_dn;
       ++levels[k].pixels;

@@ -130,7 +130,9 @@ class GrayExplanation {
             calibration, values);
     out.shape += shaded;
     out.taken += taken * values / noises;
-    const auto scatter_of = [&](int sum) { return weights.col(sum).dot(scatter_dn2_ * weights.col(sum)); };
+    const auto scatter_of = [&](int sum) {
+      return rendering_.scatters_alike * weights.col(sum).dot(scatter_dn2_ * weights.col(sum));
+    };
     level.add_pixel(scatter_of(0)), contrast.add_pixel(scatter_of(1)), shift.add_pixel(scatter_of(2));
   }
 

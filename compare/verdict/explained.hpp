@@ -40,8 +40,9 @@ struct RenderingError {
   bool estimated = false;
   double with_edges_dn = 0.0;  ///< gray values, over pixels that an edge crosses, too
   /// Covariance of the gray values that a pixel has in the images (sequence order), which are off together,
-  /// but otherwise in every pixel: the directions of its bounces. Empty: none.
+  /// but otherwise in other pixels: the directions of its bounces. Empty: none.
   Eigen::MatrixXd scatter_dn2 = {};
+  double scatters_alike = 1.0;  ///< in so many neighbouring pixels
 
   /// Returns the budget's line of this variance.
   BudgetLine line(double variance) const {

@@ -183,9 +183,9 @@ class IndirectLight {
         std::sqrt(reflectivity / static_cast<double>(std::max<std::size_t>(1, seen_.places.size())));
     ErrorEstimate& estimate = *job_.out->estimate;
     const Sensor& sensor = job_.camera.sensor;
-    const double gray = noise * sensor.gain_dn / sensor.max_dn();
-    estimate.gray = std::hypot(estimate.gray, gray);
-    estimate.gray_inside = std::hypot(estimate.gray_inside, gray);
+    // of a pattern 1/2 + 1/2 cos, the root mean square over its steps
+    const double gray = std::sqrt(0.375) * noise * sensor.gain_dn / sensor.max_dn();
+    estimate.gray = std::hypot(estimate.gray, gray);  // gray_inside counts what pixels share for certain
     // cosine and sine have half the variance of the mean each
     if (n > 0)
       estimate.phase_rad =
