@@ -116,6 +116,7 @@ struct uvec4 {
 #define CELL_HASH 2654435761u  // Knuth, The Art of Computer Programming 3, 6.4: 2^32 over the golden ratio
 #define CELL_HASH_SHIFT 8
 #define CELL_PROBES 16
+#define GATHER_MORE 4  // channels of gather.comp besides those of the pass
 
 // How a pixel of the adaptive trace is done, after a look at its neighbourhood.
 #define PIXEL_DONE 0    // nothing in it, or the closed form holds
