@@ -66,7 +66,7 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
       codes.push_back(pixels[i] % width | pixels[i] / width << 15);
     device.fill(BIND_PIXELS, codes);
     device.reserve(BIND_PLACES, groups * BLOCK_PIXELS * sizeof(SurfacePlace));
-    device.reserve(BIND_OUTPUT, groups * BLOCK_PIXELS * no_sums.channels() * sizeof(float));
+    device.reserve(BIND_OUTPUT, groups * BLOCK_PIXELS * (no_sums.channels() + GATHER_MORE) * sizeof(float));
     gpu::Push push{};
     push.n_blocks_band = static_cast<gpu::uint>(groups);
     push.sentinel = SENTINEL_LOOPS;
@@ -103,7 +103,7 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
                        std::size_t{BLOCK_PIXELS}, kMostPlaces);
   device_.upload_samples(one_ray());
   device_.upload_pass(job, pass, one_ray(), {});
-  device_.reserve(BIND_OUTPUT, most_ * pass.channels() * sizeof(float));
+  device_.reserve(BIND_OUTPUT, most_ * (pass.channels() + GATHER_MORE) * sizeof(float));
   if (with_places) device_.reserve(BIND_PLACES, most_ * directions * sizeof(SurfacePlace));
 }
 
@@ -120,9 +120,12 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
   run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push,
                   static_cast<std::uint32_t>(directions_), n, job_.out);
   const bool with_places = constants_[SPEC_WRITE_PLACES] != 0;
-  return {device_.read<float>(BIND_OUTPUT, stride * pass_.channels()),
-          with_places ? device_.read<SurfacePlace>(BIND_PLACES, stride * directions_) : nullptr, n, stride,
-          directions_};
+  return {device_.read<float>(BIND_OUTPUT, stride * (pass_.channels() + GATHER_MORE)),
+          with_places ? device_.read<SurfacePlace>(BIND_PLACES, stride * directions_) : nullptr,
+          n,
+          stride,
+          directions_,
+          pass_.channels()};
 }
 
 }  // namespace fringetwin::render

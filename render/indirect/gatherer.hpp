@@ -3,6 +3,7 @@
 // to render/ (includes volk).
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -34,9 +35,20 @@ struct Gathered {
   std::span<const SurfacePlace> met(std::size_t point) const {
     return {met_places + point * directions, directions};
   }
+  std::size_t channels = 0;  ///< of the pass
   /// Returns a sum of the pass, light per unit of the point's own reflectivity; channel 1 is the mean over
-  /// the first half of the directions.
-  float sum(std::size_t channel, std::size_t point) const { return sums[channel * stride + point]; }
+  /// the first half of the directions. Those that a facet cuts off, whose normal is not the shading normal,
+  /// count as the others.
+  float sum(std::size_t channel, std::size_t point) const {
+    return sums[channel * stride + point] / std::max(sums[(channels + 3) * stride + point], 0.25F);
+  }
+  /// Returns the vector v for which the mean light of a normal n near the point's own is n.v times its own.
+  Eigen::Vector3f towards(std::size_t point, const Eigen::Vector3f& own_normal) const {
+    const auto component = [&](std::size_t k) { return sums[(channels + k) * stride + point]; };
+    const Eigen::Vector3f from(component(0), component(1), component(2));
+    const float along = from.dot(own_normal);
+    return along > 0.0F ? Eigen::Vector3f(from / along) : own_normal;
+  }
 };
 
 /// Returns what the middles of all pixels that may see something see, moved by a part of a pixel: indices of

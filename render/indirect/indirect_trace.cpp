@@ -37,7 +37,8 @@ class IndirectLight {
       const LightLattice::Gather gather = [&](const std::vector<std::uint32_t>& pixels) {
         return light_of(gatherer, pass, pixels);
       };
-      if (!lattice) lattice.emplace(seen_, light_channels(pass), kTolerance, gather);
+      if (!lattice)
+        lattice.emplace(seen_, light_channels(pass), light_channels(pass) + 3, kTolerance, gather);
       add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
     }
     widen_estimate(*lattice);
@@ -50,21 +51,16 @@ class IndirectLight {
 
   // Finds what all pixels see, and those that an edge crosses.
   void look() {
-    seen_.width = job_.camera.lens.width();
-    seen_.height = job_.camera.lens.height();
+    const int width = job_.camera.lens.width(), height = job_.camera.lens.height();
     std::vector<std::uint32_t> pixels;
     for (const std::uint32_t block : job_.blocks) {
       const auto [x0, y0] = corner_of(block);
-      for (int y = y0; y < std::min(y0 + BLOCK_HEIGHT, seen_.height); ++y)
-        for (int x = x0; x < std::min(x0 + BLOCK_WIDTH, seen_.width); ++x)
-          pixels.push_back(static_cast<std::uint32_t>(y * seen_.width + x));
+      for (int y = y0; y < std::min(y0 + BLOCK_HEIGHT, height); ++y)
+        for (int x = x0; x < std::min(x0 + BLOCK_WIDTH, width); ++x)
+          pixels.push_back(static_cast<std::uint32_t>(y * width + x));
     }
     std::ranges::sort(pixels);
-    SeenPlaces found = look_at(device_, job_, pixels);
-    seen_.at.assign(static_cast<std::size_t>(seen_.width) * static_cast<std::size_t>(seen_.height), -1);
-    for (std::size_t i = 0; i < found.pixels.size(); ++i)
-      seen_.at[found.pixels[i]] = static_cast<std::int32_t>(i);
-    seen_.places = std::move(found.places);
+    seen_ = seen_image(width, height, look_at(device_, job_, pixels));
     std::ranges::copy_if(pixels, std::back_inserter(edges_),
                          [this](std::uint32_t pixel) { return edge_crosses(pixel); });
   }
@@ -77,7 +73,7 @@ class IndirectLight {
       if (u < 0 || v < 0 || u >= seen_.width || v >= seen_.height) continue;
       const auto other = static_cast<std::size_t>(v * seen_.width + u);
       if (seen_.sees(pixel) != seen_.sees(other)) return true;
-      if (seen_.sees(pixel) && !on_one_surface(seen_.place(pixel), seen_.place(other))) return true;
+      if (seen_.sees(pixel) && !on_one_surface(seen_.place(pixel), seen_.place(other), kRough)) return true;
     }
     return false;
   }
@@ -108,6 +104,8 @@ class IndirectLight {
         const float mean = from.sum(0, i), first_half = from.sum(1, i);
         light.values.push_back(mean);
         for (std::size_t c = 2; c < pass.channels(); ++c) light.values.push_back(from.sum(c, i));
+        const Eigen::Vector3f towards = from.towards(i, places[first + i].n);
+        light.values.insert(light.values.end(), towards.begin(), towards.end());
         light.sigma.push_back(std::abs(2.0F * first_half - mean));  // half the difference of two means
       }
     }
@@ -117,22 +115,40 @@ class IndirectLight {
   void add_pass(const LightLattice& lattice, const PassPlan& pass, bool first_pass,
                 const std::vector<float>& values) {
     const std::vector<SumTarget> targets = sum_targets(job_.twin, pass, first_pass, job_.out);
-    look_at_edges();
+    if (first_pass) {
+      look_at_edges();
+      find_shares(lattice, light_channels(pass));
+    }
     for (std::size_t c = 0; c < targets.size(); ++c) {
       if (c == 1 || !targets[c].image) continue;  // the hits
       const ImageF light = lattice.interpolated(values, c == 0 ? 0 : c - 1);
       ImageF& out = *targets[c].image;
       for (std::size_t i = 0; i < out.size(); ++i)
-        if (seen_.sees(i) && !is_edge_[i])
-          out.data[i] += targets[c].factor * light.data[i] * seen_.place(i).reflectivity;
+        if (seen_.sees(i) && !is_edge_[i]) out.data[i] += targets[c].factor * light.data[i] * shares_[i];
       for (const Part& part : parts_)
         out.data[part.pixel] += targets[c].factor * light.data[part.light_of] * part.share;
     }
   }
 
+  // Finds what each pixel sends to the camera of the light around it: by its reflectivity, and by its own
+  // normal, which light from one side meets more or less than the mean normal.
+  void find_shares(const LightLattice& lattice, std::size_t first_number) {
+    constexpr float kMostTimes = 3.0F;
+    const std::array<ImageF, 3> towards{lattice.interpolated(lattice.values(), first_number),
+                                        lattice.interpolated(lattice.values(), first_number + 1),
+                                        lattice.interpolated(lattice.values(), first_number + 2)};
+    shares_.assign(seen_.at.size(), 0.0F);
+    for (std::size_t i = 0; i < seen_.at.size(); ++i) {
+      if (!seen_.sees(i)) continue;
+      const Eigen::Vector3f& n = seen_.own_normals[static_cast<std::size_t>(seen_.at[i])];
+      const float times =
+          n.x() * towards[0].data[i] + n.y() * towards[1].data[i] + n.z() * towards[2].data[i];
+      shares_[i] = seen_.place(i).reflectivity * std::clamp(times, 0.0F, kMostTimes);
+    }
+  }
+
   // Finds what parts of the pixels that an edge crosses see, and pixels that see the same surfaces.
   void look_at_edges() {
-    if (!is_edge_.empty()) return;
     is_edge_.assign(seen_.at.size(), false);
     for (const std::uint32_t pixel : edges_) is_edge_[pixel] = true;
     for (const double y : {-kPointPx, kPointPx})
@@ -152,7 +168,7 @@ class IndirectLight {
     for (int v = std::max(0, y - 1); v <= std::min(seen_.height - 1, y + 1); ++v)
       for (int u = std::max(0, x - 1); u <= std::min(seen_.width - 1, x + 1); ++u) {
         const auto other = static_cast<std::uint32_t>(v * seen_.width + u);
-        if (!seen_.sees(other) || !on_one_surface(seen_.place(other), place)) continue;
+        if (!seen_.sees(other) || !on_one_surface(seen_.place(other), place, kRough)) continue;
         const float distance = (seen_.place(other).p_mm - place.p_mm).norm();
         if (best && distance >= least) continue;
         best = other;
@@ -202,6 +218,7 @@ class IndirectLight {
   std::vector<std::uint32_t> edges_;  // pixels that an edge crosses
   std::vector<bool> is_edge_;
   std::vector<Part> parts_;
+  std::vector<float> shares_;  // per pixel: of the light around it, what it sends to the camera
   std::optional<LightCells> cells_;
 };
 

@@ -10,26 +10,51 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int kFirstStep = 8;            // px
-constexpr float kLeastCosine = 0.94F;    // 20 degrees
-constexpr float kMostOutOfPlane = 0.3F;  // of the distance between two places
-constexpr float kSigmas = 3.0F;          // by which noise alone sets a middle apart once in 400
+constexpr int kFirstStep = 8;      // px
+constexpr int kNormalsAround = 2;  // px, over which normals are taken together
+constexpr float kSigmas = 3.0F;    // by which noise alone sets a middle apart once in 400
 
 }  // namespace
 
-bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b) {
-  if (a.n.dot(b.n) < kLeastCosine) return false;
+bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits) {
+  if (a.n.dot(b.n) < limits.least_cosine) return false;
   const Eigen::Vector3f way = b.p_mm - a.p_mm;
   const float out = std::max(std::abs(way.dot(a.n)), std::abs(way.dot(b.n)));
-  return out <= kMostOutOfPlane * way.norm() || way.norm() == 0.0F;
+  return out <= limits.most_out_of_plane * way.norm();
+}
+
+SeenImage seen_image(int width, int height, const SeenPlaces& seen) {
+  SeenImage image{.width = width, .height = height};
+  image.at.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1);
+  for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
+    image.at[seen.pixels[i]] = static_cast<std::int32_t>(i);
+    image.own_normals.push_back(seen.places[i].n);
+  }
+  image.places = seen.places;
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
+    const SurfacePlace& own = seen.places[i];
+    const int x = static_cast<int>(seen.pixels[i]) % width, y = static_cast<int>(seen.pixels[i]) / width;
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (int v = std::max(0, y - kNormalsAround); v <= std::min(height - 1, y + kNormalsAround); ++v)
+      for (int u = std::max(0, x - kNormalsAround); u <= std::min(width - 1, x + kNormalsAround); ++u) {
+        const std::int32_t at = image.at[static_cast<std::size_t>(v * width + u)];
+        if (at < 0) continue;
+        const SurfacePlace& other = seen.places[static_cast<std::size_t>(at)];
+        if (on_one_surface(own, other, kRough)) sum += other.n;
+      }
+    image.places[i].n = sum.normalized();
+  }
+  return image;
 }
 
 std::size_t LightLattice::pixel_of(int x, int y) const {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(seen_.width) + static_cast<std::size_t>(x);
 }
 
-LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, float tolerance, const Gather& gather)
-    : seen_(seen), channels_(channels), number_(seen.at.size(), -1) {
+LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
+                           const Gather& gather)
+    : seen_(seen), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
   std::vector<Square> squares = first_squares(), smaller;
   while (!squares.empty()) {
     std::vector<std::uint32_t> wanted;
@@ -79,7 +104,7 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
   }
   if (pixels.empty()) return;
   const LightOfPixels light = gather(pixels);
-  FT_CHECK(light.values.size() == pixels.size() * channels_ && light.sigma.size() == pixels.size(),
+  FT_CHECK(light.values.size() == pixels.size() * numbers_ && light.sigma.size() == pixels.size(),
            "light of all pixels");
   pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
   values_.insert(values_.end(), light.values.begin(), light.values.end());
@@ -95,7 +120,8 @@ bool LightLattice::tells_its_middle(const Square& s, float tolerance) const {
   const std::size_t middle = pixel_of(x, y);
   if (!seen_.sees(middle)) return false;
   for (const std::size_t corner : corners)
-    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle))) return false;
+    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), kSmooth))
+      return false;
   const auto part = [](int at, int from, int to) {
     return to > from ? static_cast<float>(at - from) / static_cast<float>(to - from) : 0.0F;
   };
@@ -107,11 +133,11 @@ bool LightLattice::tells_its_middle(const Square& s, float tolerance) const {
     const float sigma = weights[k] * sigma_[number(corners[k])];
     variance += sigma * sigma;
   }
-  const float* own = &values_[number(middle) * channels_];
+  const float* own = &values_[number(middle) * numbers_];
   const float allowed = tolerance * own[0] + kSigmas * std::sqrt(variance);
   for (std::size_t c = 0; c < channels_; ++c) {
     float told = 0.0F;
-    for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * channels_ + c];
+    for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * numbers_ + c];
     if (std::abs(told - own[c]) > allowed) return false;
   }
   return true;
@@ -144,15 +170,15 @@ double LightLattice::noise() const {
   return sigma_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(sigma_.size()));
 }
 
-ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t channel) const {
-  FT_CHECK(values.size() == pixels_.size() * channels_, "light of all pixels");
+ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t number) const {
+  FT_CHECK(values.size() == pixels_.size() * numbers_, "light of all pixels");
   ImageF out(seen_.width, seen_.height, 0.0F);
 #pragma omp parallel for schedule(dynamic, 256)
   for (std::size_t i = 0; i < squares_.size(); ++i) {
     const Square& s = squares_[i];
     const auto at = [&](int x, int y) {
-      const std::int32_t number = number_[pixel_of(x, y)];
-      return number < 0 ? 0.0F : values[static_cast<std::size_t>(number) * channels_ + channel];
+      const std::int32_t gathered = number_[pixel_of(x, y)];
+      return gathered < 0 ? 0.0F : values[static_cast<std::size_t>(gathered) * numbers_ + number];
     };
     const float a = at(s.x0, s.y0), b = at(s.x1, s.y0), c = at(s.x0, s.y1), d = at(s.x1, s.y1);
     const auto width = static_cast<float>(std::max(1, s.x1 - s.x0)),
@@ -167,7 +193,7 @@ ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t 
       }
   }
   // what gathered has its own light, also at corners that squares of different size share
-  for (std::size_t i = 0; i < pixels_.size(); ++i) out.data[pixels_[i]] = values[i * channels_ + channel];
+  for (std::size_t i = 0; i < pixels_.size(); ++i) out.data[pixels_[i]] = values[i * numbers_ + number];
   return out;
 }
 

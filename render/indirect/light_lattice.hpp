@@ -15,19 +15,30 @@ namespace fringetwin::render {
 /// What the pixels of an image see, by pixel.
 struct SeenImage {
   int width = 0, height = 0;
-  std::vector<std::int32_t> at = {};  ///< index in `places`, -1: nothing
-  std::vector<SurfacePlace> places = {};
+  std::vector<std::int32_t> at = {};      ///< index in `places`, -1: nothing
+  std::vector<SurfacePlace> places = {};  ///< with the mean normal of the surface around
+  std::vector<Eigen::Vector3f> own_normals = {};
   bool sees(std::size_t pixel) const { return at[pixel] >= 0; }
   const SurfacePlace& place(std::size_t pixel) const { return places[static_cast<std::size_t>(at[pixel])]; }
 };
 
-/// Returns whether light over other surfaces can be interpolated from one place to another: they lie on one
-/// surface whose normals turn little between them.
-bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b);
+/// By how much a surface may turn between two places, and how far one lies out of the other's plane, in
+/// parts of their distance.
+struct SurfaceLimits {
+  float least_cosine, most_out_of_plane;
+};
+inline constexpr SurfaceLimits kSmooth{0.94F, 0.3F};  ///< 20 degrees: light can be interpolated
+inline constexpr SurfaceLimits kRough{0.77F, 0.7F};   ///< 40 degrees: noise of a measured surface
+/// Returns whether two places lie on one surface.
+bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits);
+
+/// Returns what pixels see as an image. Normals of a surface that is rough within a few pixels, as measured
+/// ones are, become the mean around: of its light the pixels' own normals have a part of their own.
+SeenImage seen_image(int width, int height, const SeenPlaces& seen);
 
 /// The light that some pixels gathered, per unit of their own reflectivity.
 struct LightOfPixels {
-  std::vector<float> values;  ///< [pixel][channel], channel 0 the mean over all patterns
+  std::vector<float> values;  ///< [pixel][number]: channel 0 the mean over all patterns, then any more
   std::vector<float> sigma;   ///< standard error of channel 0
 };
 
@@ -35,17 +46,18 @@ class LightLattice {
  public:
   using Gather = std::function<LightOfPixels(const std::vector<std::uint32_t>& pixels)>;
 
-  /// Chooses pixels until squares between them tell the light of their middles to `tolerance` of it, or to
-  /// what its noise lets see.
-  LightLattice(const SeenImage& seen, std::size_t channels, float tolerance, const Gather& gather);
+  /// Chooses pixels until squares between them tell the light of their middles, the first `channels` of
+  /// `numbers`, to `tolerance` of it, or to what its noise lets see.
+  LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
+               const Gather& gather);
 
   const std::vector<std::uint32_t>& pixels() const { return pixels_; }
   /// The light of the first gathering.
   const std::vector<float>& values() const { return values_; }
   /// Returns the root mean square of the standard errors.
   double noise() const;
-  /// Interpolates a channel of `values` ([pixel of pixels()][channel]); 0 where nothing is seen.
-  ImageF interpolated(const std::vector<float>& values, std::size_t channel) const;
+  /// Interpolates one of the numbers of `values` ([pixel of pixels()][number]); 0 where nothing is seen.
+  ImageF interpolated(const std::vector<float>& values, std::size_t number) const;
 
  private:
   struct Square {
@@ -59,7 +71,7 @@ class LightLattice {
   void quarter(const Square& s, std::vector<Square>& out) const;
 
   const SeenImage& seen_;
-  std::size_t channels_;
+  std::size_t channels_, numbers_;
   std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
   std::vector<std::uint32_t> pixels_;
   std::vector<float> values_, sigma_;
