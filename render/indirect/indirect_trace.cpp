@@ -133,7 +133,7 @@ class IndirectLight {
   // Finds what each pixel sends to the camera of the light around it: by its reflectivity, and by its own
   // normal, which light from one side meets more or less than the mean normal.
   void find_shares(const LightLattice& lattice, std::size_t first_number) {
-    constexpr float kMostTimes = 3.0F;
+    constexpr float kMostOfMean = 3.0F;
     const std::array<ImageF, 3> towards{lattice.interpolated(lattice.values(), first_number),
                                         lattice.interpolated(lattice.values(), first_number + 1),
                                         lattice.interpolated(lattice.values(), first_number + 2)};
@@ -143,7 +143,7 @@ class IndirectLight {
       const Eigen::Vector3f& n = seen_.own_normals[static_cast<std::size_t>(seen_.at[i])];
       const float times =
           n.x() * towards[0].data[i] + n.y() * towards[1].data[i] + n.z() * towards[2].data[i];
-      shares_[i] = seen_.place(i).reflectivity * std::clamp(times, 0.0F, kMostTimes);
+      shares_[i] = seen_.place(i).reflectivity * std::clamp(times, 0.0F, kMostOfMean);
     }
   }
 
