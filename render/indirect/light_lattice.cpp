@@ -183,13 +183,23 @@ ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t 
     const float a = at(s.x0, s.y0), b = at(s.x1, s.y0), c = at(s.x0, s.y1), d = at(s.x1, s.y1);
     const auto width = static_cast<float>(std::max(1, s.x1 - s.x0)),
                height = static_cast<float>(std::max(1, s.y1 - s.y0));
+    // light bends: the middle is off the plane of the corners, on average to one side
+    const auto hump = [](float u, float v) { return 16.0F * u * (1 - u) * v * (1 - v); };
+    const int x_middle = (s.x0 + s.x1) / 2, y_middle = (s.y0 + s.y1) / 2;
+    float bend = 0.0F;
+    if (x_middle > s.x0 && y_middle > s.y0) {
+      const float u = static_cast<float>(x_middle - s.x0) / width,
+                  v = static_cast<float>(y_middle - s.y0) / height;
+      bend = (at(x_middle, y_middle) - ((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d))) /
+             hump(u, v);
+    }
     // the last row and column are those of the next square, but for the image's own
     const int y_end = s.y1 == seen_.height - 1 ? s.y1 + 1 : std::max(s.y1, s.y0 + 1);
     const int x_end = s.x1 == seen_.width - 1 ? s.x1 + 1 : std::max(s.x1, s.x0 + 1);
     for (int y = s.y0; y < y_end; ++y)
       for (int x = s.x0; x < x_end; ++x) {
         const float u = static_cast<float>(x - s.x0) / width, v = static_cast<float>(y - s.y0) / height;
-        out(x, y) = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
+        out(x, y) = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d) + bend * hump(u, v);
       }
   }
   // what gathered has its own light, also at corners that squares of different size share
