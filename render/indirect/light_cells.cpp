@@ -14,11 +14,12 @@ namespace {
 
 // The longest side of what the camera sees lit is divided into so many cells: light that has come over two
 // surfaces is smooth, and a point that gathers takes the mean over many cells (accuracy: docs/PHYSICS.md).
-constexpr int kCellsAcross = 48;
+constexpr int kCellsAcross = 64;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
-// More than scenes have; a bound for memory and time.
-constexpr std::size_t kMostCells = 60000;
+// A bound for memory and time; half of it for the cells that are met first.
+constexpr std::size_t kMostCells = 40000;
+constexpr int kLeastAcross = 6;
 
 // Returns the directions of each member of a cell: all members together have as many as a place that is seen.
 std::size_t directions_of(const TraceJob& job) {
@@ -39,17 +40,25 @@ LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan&
                        const std::vector<SurfacePlace>& seen) {
   std::vector<Eigen::Vector3f> all, lit;
   for (const SurfacePlace& place : seen) (place.number > 0.0F ? lit : all).push_back(place.p_mm);
-  grid_ = grid_around(lit.empty() ? all : lit, kCellsAcross);
-  if (grid_.per_mm == 0.0F) return;
+  const std::vector<Eigen::Vector3f>& reached = lit.empty() ? all : lit;
+  if (grid_around(reached, kCellsAcross).per_mm == 0.0F) return;
   Gatherer gatherer(device, job, pass, directions_of(job), true);
-  std::vector<SurfacePlace> points = seen;
+  std::vector<SurfacePlace> points = seen, met;
   for (std::size_t i = 0; i < points.size(); ++i) points[i].number = static_cast<float>(i);
   for (std::size_t first = 0; first < points.size(); first += gatherer.most_at_a_time()) {
     const Gathered from =
         gatherer.gather({&points[first], std::min(gatherer.most_at_a_time(), points.size() - first)});
     for (std::size_t i = 0; i < from.n; ++i)
-      for (const SurfacePlace& place : from.met(i))
-        if (place.number > 0.0F) meet(place);
+      std::ranges::copy_if(from.met(i), std::back_inserter(met),
+                           [](const SurfacePlace& place) { return place.number > 0.0F; });
+  }
+  // surfaces may be much larger than what is lit: coarser cells then
+  for (int across = kCellsAcross; across >= kLeastAcross; across = across * 3 / 4) {
+    grid_ = grid_around(reached, across);
+    table_ = {};
+    members_.clear();
+    for (const SurfacePlace& place : met) meet(place);
+    if (table_.size() <= kMostCells / 2) break;
   }
   find_transfer(gatherer, pass);
 }
