@@ -14,7 +14,7 @@ namespace {
 
 // The longest side of what the camera sees lit is divided into so many cells: light that has come over two
 // surfaces is smooth, and a point that gathers takes the mean over many cells (accuracy: docs/PHYSICS.md).
-constexpr int kCellsAcross = 48;
+constexpr int kCellsAcross = 64;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
 // A bound for memory and time; half of it for the cells that are met first.
@@ -23,7 +23,7 @@ constexpr int kLeastAcross = 6;
 
 // Returns the directions of each member of a cell: all members together have as many as a place that is seen.
 std::size_t directions_of(const TraceJob& job) {
-  return std::max<std::size_t>(16, static_cast<std::size_t>(job.twin.render.bounce_samples) / 32 * 2);
+  return std::max<std::size_t>(16, static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2);
 }
 
 // The mixing function of splitmix64.

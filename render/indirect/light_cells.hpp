@@ -31,7 +31,7 @@ class LightCells {
   std::uint32_t table_mask() const { return table_.mask(); }
 
  private:
-  static constexpr std::size_t kMostMembers = 16;
+  static constexpr std::size_t kMostMembers = 4;
   /// Places of a cell that stand for it, chosen at random from those that were met.
   struct Members {
     std::array<SurfacePlace, kMostMembers> places;
