@@ -14,7 +14,7 @@ namespace {
 
 // The longest side of what the camera sees lit is divided into so many cells: light that has come over two
 // surfaces is smooth, and a point that gathers takes the mean over many cells (accuracy: docs/PHYSICS.md).
-constexpr int kCellsAcross = 64;
+constexpr int kCellsAcross = 48;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
 // A bound for memory and time; half of it for the cells that are met first.
