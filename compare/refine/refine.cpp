@@ -229,6 +229,7 @@ class Refiner {
     sensitivity_.choose_scale(twin_);
     GroupFit start(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_});
     if (real_.measurement) start_at_fitted_places(start, twin_, real_.measurement->cloud);
+    start_late_or_early(start);
     if (const Eigen::VectorXd lit = with_light_in_halo(parameters_, start.values()); lit != start.values())
       start.start_at(lit);
     if (const std::size_t n = sensitivity_.leave_out_edges(start.twin()))

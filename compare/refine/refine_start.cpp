@@ -135,4 +135,21 @@ void start_at_fitted_places(GroupFit& fit, const Twin& twin, const measure::Poin
                       twin.objects[place.object].name, fit.chi2()));
 }
 
+void start_late_or_early(GroupFit& fit) {
+  constexpr double kTried = 0.05;  // periods
+  const std::vector<Parameter>& parameters = fit.parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const Parameter& p = parameters[k];
+    if (p.group != "timing" || !p.name.ends_with(".late")) continue;
+    const auto at = static_cast<Eigen::Index>(k);
+    const double now = fit.values()[at];
+    for (const double to : {now + kTried, now - kTried}) {
+      throw_if_cancelled();
+      Eigen::VectorXd tried = fit.values();
+      tried[at] = std::clamp(to, p.smallest, p.largest);
+      fit.start_at(tried);
+    }
+  }
+}
+
 }  // namespace fringetwin::compare

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds where a refinement may begin: at the poses that fits of the objects to the real points give. A pose
-// half a fringe away leads gray values astray, but not points, whose fringe orders are known.
+// half a fringe away leads gray values astray, but not points, whose fringe orders are known. And on the
+// right side of exposures on time.
 #pragma once
 #include <vector>
 
@@ -28,5 +29,9 @@ Eigen::VectorXd values_at(const Twin& twin, const std::vector<Parameter>& parame
 
 /// Lets the fit begin at each place at which the gray values fit better.
 void start_at_fitted_places(GroupFit& fit, const Twin& twin, const measure::PointCloud& cloud);
+
+/// Lets the fit begin with exposures that are late or early, whichever fits better: an exposure on time lies
+/// between two valleys, of light of the pattern after and of that before.
+void start_late_or_early(GroupFit& fit);
 
 }  // namespace fringetwin::compare

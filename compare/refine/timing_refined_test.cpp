@@ -15,6 +15,7 @@
 #include "compare/causes/group_fit.hpp"
 #include "compare/causes/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
+#include "compare/refine/refine_start.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
@@ -39,6 +40,7 @@ void expect_refined_back(const Twin& twin, const Twin& truth) {
   const std::vector<CameraImages> frames = frames_of(recorded);
   Sensitivity sensitivity(testing::needed_renderer(), samples_of(recorded, same, frames));
   GroupFit fit(sensitivity, twin, refinable_parameters_of(twin, "timing"), {.exact = true});
+  start_late_or_early(fit);
   fit.run();
   EXPECT_TRUE(fit.converged());
   EXPECT_NEAR(fit.chi2(), 1.0, 0.02);
@@ -84,6 +86,7 @@ TEST(TimingRefined, ExposuresOnTimeComeToRestBetweenTwoSlopes) {
   std::vector<Parameter> parameters = refinable_parameters_of(twin, "timing");
   std::erase_if(parameters, [](const Parameter& p) { return p.name.ends_with(".read_out"); });
   GroupFit fit(sensitivity, twin, parameters, {.exact = true});
+  start_late_or_early(fit);
   fit.run();
   EXPECT_TRUE(fit.converged());
   EXPECT_NEAR(fit.chi2(), 1.0, 0.02);
