@@ -240,7 +240,7 @@ bool GroupFit::fit(const Block& block) {
       const Parameter& p = parameters_[told[i]];
       const auto at = static_cast<Eigen::Index>(i);
       next[told[i]] = std::clamp(values_[told[i]] + solved.change[at], p.smallest, p.largest);
-      if (solved.sigma[at] > 0.0)
+      if (solved.sigma[at] > 0.0 && std::abs(solved.change[at]) > p.settled)
         sigmas = std::max(sigmas, std::abs(solved.change[at]) / solved.sigma[at] / std::sqrt(scale2));
     }
     if (next == values_) {  // at their bounds

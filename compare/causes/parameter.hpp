@@ -34,6 +34,7 @@ struct Parameter {
   double start = 0.0;        ///< value in the twin it was made for
   double step = 0.0;         ///< where the search for a difference step begins
   bool is_variance = false;  ///< shown as its root
+  double settled = 0.0;      ///< a step so small is none, whatever the standard error
   bool is_switch = false;    ///< an effect that is on (1) or off (0): differences are taken between the two
   double largest = 1e300, smallest = -1e300;
   /// Changes a twin by value - start. Throws UserError(usage) where no lens can be built from it. Empty where

@@ -15,6 +15,9 @@ namespace {
 /// before: a fit that jumped from one slope to the other would go to and fro about exposures that are not
 /// late at all. So far about the border the slope goes over from one to the other, periods.
 constexpr double kBothSides = 5e-3;
+/// Exposures on time lie on the border: what is within so much of it goes to and fro between the two slopes,
+/// periods.
+constexpr double kOnTime = 1e-3;
 /// Where an exposure sees its own pattern for less than this, what the patterns alone give is not told well
 /// by what the exposures saw: that stands for it.
 constexpr double kMostlyOwn = 0.5;
@@ -151,6 +154,7 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
                                               .step = 3e-3});
     p.change = [=](Twin& t, double d) { make_late(t, camera, at, n_images, d); };
     if (has_neighbours(image)) p.effect = timing_effect(at, [](double) { return 1.0; });
+    p.settled = kOnTime;
     p.smallest = std::min(p.start, reach - timing.exposure);
     p.largest = std::max(p.start, 1.0 - reach);
   }

@@ -5,6 +5,7 @@
 // |----------------------|--------------|-------------------------------------------------------------------|
 // | what was planted     | 3 sigma      | required; 4 numbers: one seed in 93                               |
 // | images on time       | 3.5 sigma    | 22 numbers, normal: one seed in 98                                |
+// | the same at borders  | 1e-3         | where a fit between two slopes counts as settled                  |
 // | sigma                | 2e-3         | a fiftieth of the planted 0.1; 0.3 DN of 80 in 1,920 pixels: 1e-4 |
 // | chi2                 | 0.02         | 46,080 values: sqrt(2/n) = 0.0066                                 |
 // | every third row      | 2e-4         | phases of some turns in single precision: 1e-5 of light of 10     |
@@ -92,7 +93,9 @@ TEST(TimingRefined, ExposuresOnTimeComeToRestBetweenTwoSlopes) {
   EXPECT_NEAR(fit.chi2(), 1.0, 0.02);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const GroupFit::Known& found = fit.known()[k];
-    EXPECT_NEAR(found.value, planted_at(truth, parameters[k].name), 3.5 * found.sigma) << parameters[k].name;
+    const double planted = planted_at(truth, parameters[k].name);
+    EXPECT_NEAR(found.value, planted, std::max(3.5 * found.sigma, planted == 0.0 ? 1e-3 : 0.0))
+        << parameters[k].name;
   }
 }
 
