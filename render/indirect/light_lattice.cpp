@@ -64,12 +64,15 @@ LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::siz
       want((s.x0 + s.x1) / 2, (s.y0 + s.y1) / 2, wanted);
     }
     gather_new(wanted, gather);
+    std::vector<Told> told;
+    for (const Square& s : squares) told.push_back(told_by(s, tolerance));
+    const bool rough = does_not_help(squares, told);
     smaller.clear();
-    for (const Square& s : squares) {
-      if (tells_its_middle(s, tolerance))
-        squares_.push_back(s);
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+      if (told[i].enough || (rough && told[i].on_one_surface))
+        squares_.push_back(squares[i]);
       else
-        quarter(s, smaller);
+        quarter(squares[i], told[i].off, smaller);
     }
     squares.swap(smaller);
   }
@@ -111,17 +114,16 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
   sigma_.insert(sigma_.end(), light.sigma.begin(), light.sigma.end());
 }
 
-// Returns true for squares without pixels between their corners, too: those have their own light.
-bool LightLattice::tells_its_middle(const Square& s, float tolerance) const {
-  if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return true;
+// Squares without pixels between their corners tell enough: those have their own light.
+LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) const {
+  if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return {.enough = true};
   const std::array<std::size_t, 4> corners{pixel_of(s.x0, s.y0), pixel_of(s.x1, s.y0), pixel_of(s.x0, s.y1),
                                            pixel_of(s.x1, s.y1)};
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
   const std::size_t middle = pixel_of(x, y);
-  if (!seen_.sees(middle)) return false;
+  if (!seen_.sees(middle)) return {};
   for (const std::size_t corner : corners)
-    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), kSmooth))
-      return false;
+    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), kSmooth)) return {};
   const auto part = [](int at, int from, int to) {
     return to > from ? static_cast<float>(at - from) / static_cast<float>(to - from) : 0.0F;
   };
@@ -134,19 +136,36 @@ bool LightLattice::tells_its_middle(const Square& s, float tolerance) const {
     variance += sigma * sigma;
   }
   const float* own = &values_[number(middle) * numbers_];
-  const float allowed = tolerance * own[0] + kSigmas * std::sqrt(variance);
+  Told out{.on_one_surface = true};
   for (std::size_t c = 0; c < channels_; ++c) {
     float told = 0.0F;
     for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * numbers_ + c];
-    if (std::abs(told - own[c]) > allowed) return false;
+    out.off = std::max(out.off, std::abs(told - own[c]));
   }
-  return true;
+  out.enough = out.off <= tolerance * own[0] + kSigmas * std::sqrt(variance);
+  return out;
 }
 
-void LightLattice::quarter(const Square& s, std::vector<Square>& out) const {
+// Returns whether squares are off by about as much as the larger ones that they are quarters of, in the
+// median: then light does not bend there, the surface is rough from place to place, as measured ones are.
+// Where light bends, a quarter is off by a fourth.
+bool LightLattice::does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told) {
+  constexpr std::size_t kEnough = 100;
+  constexpr float kHelps = 0.5F;
+  std::vector<float> shares;
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    if (told[i].on_one_surface && squares[i].larger_off > 0.0F)
+      shares.push_back(told[i].off / squares[i].larger_off);
+  if (shares.size() < kEnough) return false;
+  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+  std::ranges::nth_element(shares, middle);
+  return *middle > kHelps;
+}
+
+void LightLattice::quarter(const Square& s, float off, std::vector<Square>& out) {
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
   const auto add = [&](int x0, int y0, int x1, int y1) {
-    if (x1 > x0 || y1 > y0) out.push_back({x0, y0, x1, y1});
+    if (x1 > x0 || y1 > y0) out.push_back({x0, y0, x1, y1, off});
   };
   if (x == s.x0) {  // a row or column of two pixels
     add(s.x0, s.y0, s.x1, y);

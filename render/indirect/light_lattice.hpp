@@ -47,7 +47,8 @@ class LightLattice {
   using Gather = std::function<LightOfPixels(const std::vector<std::uint32_t>& pixels)>;
 
   /// Chooses pixels until squares between them tell the light of their middles, the first `channels` of
-  /// `numbers`, to `tolerance` of it, or to what its noise lets see.
+  /// `numbers`, to `tolerance` of it, or to what its noise lets see. Where quarters of squares are off as
+  /// they were, the surface is rough: they stay.
   LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
                const Gather& gather);
 
@@ -61,14 +62,22 @@ class LightLattice {
 
  private:
   struct Square {
-    int x0, y0, x1, y1;  ///< pixels of its corners
+    int x0, y0, x1, y1;       ///< pixels of its corners
+    float larger_off = 0.0F;  ///< by how much the square that it is a quarter of was off, 0: of none
   };
   std::size_t pixel_of(int x, int y) const;
   std::vector<Square> first_squares() const;
   void gather_new(const std::vector<std::uint32_t>& pixels, const Gather& gather);
   void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
-  bool tells_its_middle(const Square& s, float tolerance) const;
-  void quarter(const Square& s, std::vector<Square>& out) const;
+  /// How well the corners of a square tell the light of its middle.
+  struct Told {
+    bool enough = false;
+    bool on_one_surface = false;
+    float off = 0.0F;
+  };
+  Told told_by(const Square& s, float tolerance) const;
+  static bool does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told);
+  static void quarter(const Square& s, float off, std::vector<Square>& out);
 
   const SeenImage& seen_;
   std::size_t channels_, numbers_;

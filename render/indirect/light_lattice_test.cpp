@@ -84,6 +84,19 @@ TEST(LightLattice, TakesMorePixelsWhereLightBends) {
   EXPECT_EQ(l.asked, 14 * 10 + 13 * 9);
 }
 
+TEST(LightLattice, TakesRoughnessForNoise) {
+  const auto rough = [](int x, int y) {
+    return 1.0F + 0.05F * std::sin(12.9898F * static_cast<float>(x) + 78.233F * static_cast<float>(y * y));
+  };
+  Lattice l{plane(401, 301, kEverywhere, kFlat), rough};
+  const LightLattice lattice = l.make(0.004F);
+  EXPECT_LT(l.asked, 401 * 301 / 7);  // corners and middles of squares of 4 px
+  const ImageF mean = lattice.interpolated(lattice.values(), 0);
+  double sum = 0.0;
+  for (const float v : mean.data) sum += static_cast<double>(v);
+  EXPECT_NEAR(sum / static_cast<double>(mean.size()), 1.0, 0.002);
+}
+
 TEST(LightLattice, InterpolatesNothingAcrossAnEdge) {
   // a step of 40 mm with other light behind it, and a hole
   const auto hole = [](int x, int y) { return (x - 20) * (x - 20) + (y - 20) * (y - 20) > 30; };
