@@ -143,7 +143,12 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
     return is_there(image - 1) && is_there(image + 1);
   };
   // with these limits no exposure reaches beyond the neighbouring patterns, whatever else is fitted
-  const double most_read_out = std::max(timing.read_out, timing.exposure), reach = 0.5 * most_read_out;
+  double most_read_out = timing.exposure;
+  for (std::size_t k = 0; k < n_images; ++k)
+    most_read_out = std::min(
+        {most_read_out, 2.0 * (timing.late_of(k) + timing.exposure), 2.0 * (1.0 - timing.late_of(k))});
+  most_read_out = std::max(most_read_out, timing.read_out);
+  const double reach = 0.5 * most_read_out;
   std::vector<Parameter> all;
   for (const int image : compared) {
     const auto at = static_cast<std::size_t>(image);

@@ -35,7 +35,7 @@ inline Sampling choose_sampling(const Twin& twin) { return choose_sampling(twin,
 const char* sampler_name(Sampler sampler);
 
 /// Returns the fixed rule that stands in where the adaptive trace does not apply (depth of field, projector
-/// optics and pixels, albedo maps, bounces); a rule that is not adaptive comes back unchanged.
+/// optics and pixels, albedo maps); a rule that is not adaptive comes back unchanged.
 Sampling without_adaptation(const Sampling& sampling);
 /// Returns the same with as many points as the fringes ask for that one pixel of this camera sees: two points
 /// a side leave w^4/4320 too much contrast, w the phase across the pixel.

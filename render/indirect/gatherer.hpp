@@ -40,8 +40,10 @@ struct Gathered {
   /// the first half of the directions. Those that a facet cuts off, whose normal is not the shading normal,
   /// count as the others.
   float sum(std::size_t channel, std::size_t point) const {
-    return sums[channel * stride + point] / std::max(sums[(channels + 3) * stride + point], 0.25F);
+    return sums[channel * stride + point] / leaving(point);
   }
+  /// Returns the share of the directions that leave the surface; 1/4 at least.
+  float leaving(std::size_t point) const { return std::max(sums[(channels + 3) * stride + point], 0.25F); }
   /// Returns the vector v for which the mean light of a normal n near the point's own is n.v times its own.
   Eigen::Vector3f towards(std::size_t point, const Eigen::Vector3f& own_normal) const {
     const auto component = [&](std::size_t k) { return sums[(channels + k) * stride + point]; };

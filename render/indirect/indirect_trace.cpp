@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/indirect/indirect_trace.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "render/indirect/light_cells.hpp"
@@ -19,8 +22,10 @@ namespace {
 constexpr float kTolerance = 0.004F;
 // Places from which cells are looked for.
 constexpr std::size_t kPlacesForCells = 4096;
-// Where a pixel that an edge crosses is looked through, px from its middle: 2 x 2 points of Gauss's rule.
-constexpr double kPointPx = 0.28867513459481287;
+// Where a pixel that an edge crosses is looked through, sides from its middle: 2 x 2 points of Gauss's rule.
+constexpr double kPoint = 0.28867513459481287;
+// Numbers of a place besides its light: Gathered::towards().
+constexpr std::size_t kTowards = 3;
 
 class IndirectLight {
  public:
@@ -38,7 +43,7 @@ class IndirectLight {
         return light_of(gatherer, pass, pixels);
       };
       if (!lattice)
-        lattice.emplace(seen_, light_channels(pass), light_channels(pass) + 3, kTolerance, gather);
+        lattice.emplace(seen_, light_channels(pass), light_channels(pass) + kTowards, kTolerance, gather);
       add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
     }
     widen_estimate(*lattice);
@@ -121,7 +126,7 @@ class IndirectLight {
     }
     for (std::size_t c = 0; c < targets.size(); ++c) {
       if (c == 1 || !targets[c].image) continue;  // the hits
-      const ImageF light = lattice.interpolated(values, c == 0 ? 0 : c - 1);
+      const ImageF light = lattice.interpolated(values, light_channels(pass) + kTowards, c == 0 ? 0 : c - 1);
       ImageF& out = *targets[c].image;
       for (std::size_t i = 0; i < out.size(); ++i)
         if (seen_.sees(i) && !is_edge_[i]) out.data[i] += targets[c].factor * light.data[i] * shares_[i];
@@ -134,9 +139,10 @@ class IndirectLight {
   // normal, which light from one side meets more or less than the mean normal.
   void find_shares(const LightLattice& lattice, std::size_t first_number) {
     constexpr float kMostOfMean = 3.0F;
-    const std::array<ImageF, 3> towards{lattice.interpolated(lattice.values(), first_number),
-                                        lattice.interpolated(lattice.values(), first_number + 1),
-                                        lattice.interpolated(lattice.values(), first_number + 2)};
+    const std::array<ImageF, 3> towards{
+        lattice.interpolated(lattice.values(), first_number + kTowards, first_number),
+        lattice.interpolated(lattice.values(), first_number + kTowards, first_number + 1),
+        lattice.interpolated(lattice.values(), first_number + kTowards, first_number + 2)};
     shares_.assign(seen_.at.size(), 0.0F);
     for (std::size_t i = 0; i < seen_.at.size(); ++i) {
       if (!seen_.sees(i)) continue;
@@ -151,8 +157,9 @@ class IndirectLight {
   void look_at_edges() {
     is_edge_.assign(seen_.at.size(), false);
     for (const std::uint32_t pixel : edges_) is_edge_[pixel] = true;
-    for (const double y : {-kPointPx, kPointPx})
-      for (const double x : {-kPointPx, kPointPx}) {
+    const double point_px = kPoint * job_.twin.sampled_side_px(job_.camera);
+    for (const double y : {-point_px, point_px})
+      for (const double x : {-point_px, point_px}) {
         const SeenPlaces found = look_at(device_, job_, edges_, {x, y});
         for (std::size_t i = 0; i < found.pixels.size(); ++i)
           if (const auto like = seen_like(found.pixels[i], found.places[i]))
@@ -181,31 +188,42 @@ class IndirectLight {
   // pixels.
   void widen_estimate(const LightLattice& lattice) const {
     if (!job_.out->estimate) return;
-    double reflectivity = 0.0, amplitude = 0.0;
-    std::size_t n = 0;
-    const auto& cosine = job_.out->cosine;
-    for (std::size_t i = 0; i < seen_.at.size(); ++i) {
-      if (!seen_.sees(i)) continue;
-      reflectivity += std::pow(static_cast<double>(seen_.place(i).reflectivity), 2);
-      if (cosine.empty() || cosine[0].empty() || cosine[0].back().empty()) continue;
-      const double a = std::hypot(static_cast<double>(cosine[0].back().data[i]),
-                                  static_cast<double>(job_.out->sine[0].back().data[i]));
-      if (!(a > 0.0)) continue;
-      amplitude += a;
-      ++n;
-    }
+    double reflectivity_sq = 0.0;
+    for (const SurfacePlace& place : seen_.places)
+      reflectivity_sq += std::pow(static_cast<double>(place.reflectivity), 2);
     const double noise =
-        lattice.noise() *
-        std::sqrt(reflectivity / static_cast<double>(std::max<std::size_t>(1, seen_.places.size())));
+        lattice.noise() * std::sqrt(reflectivity_sq / static_cast<double>(seen_.places.size()));
     ErrorEstimate& estimate = *job_.out->estimate;
     const Sensor& sensor = job_.camera.sensor;
     // of a pattern 1/2 + 1/2 cos, the root mean square over its steps
     const double gray = std::sqrt(0.375) * noise * sensor.gain_dn / sensor.max_dn();
     estimate.gray = std::hypot(estimate.gray, gray);  // gray_inside counts what pixels share for certain
     // cosine and sine have half the variance of the mean each
-    if (n > 0)
-      estimate.phase_rad =
-          std::hypot(estimate.phase_rad, std::sqrt(0.5) * noise * static_cast<double>(n) / amplitude);
+    double per_amplitude = 0.0;
+    for (std::size_t d = 0; d < job_.out->cosine.size(); ++d)
+      per_amplitude = std::max(per_amplitude, rms_per_amplitude(d));
+    estimate.phase_rad = std::hypot(estimate.phase_rad, std::sqrt(0.5) * noise * per_amplitude);
+  }
+
+  // Returns the root mean square of 1/amplitude of the finest fringes over pixels that they light.
+  double rms_per_amplitude(std::size_t direction) const {
+    constexpr double kLeast = 0.1;  // of the mean amplitude: others are edges and shadows
+    const std::vector<double>& pitches = job_.twin.fringes.directions[direction].pitches_px;
+    const auto finest = static_cast<std::size_t>(std::ranges::min_element(pitches) - pitches.begin());
+    const ImageF &cosine = job_.out->cosine[direction][finest], &sine = job_.out->sine[direction][finest];
+    if (cosine.empty()) return 0.0;
+    std::vector<double> amplitudes;
+    for (std::size_t i = 0; i < cosine.size(); ++i)
+      if (const double a = std::hypot(static_cast<double>(cosine.data[i]), static_cast<double>(sine.data[i]));
+          a > 0.0)
+        amplitudes.push_back(a);
+    if (amplitudes.empty()) return 0.0;
+    const double mean =
+        std::accumulate(amplitudes.begin(), amplitudes.end(), 0.0) / static_cast<double>(amplitudes.size());
+    double sum = 0.0, n = 0.0;
+    for (const double a : amplitudes)
+      if (a > kLeast * mean) sum += 1.0 / (a * a), n += 1.0;
+    return std::sqrt(sum / n);
   }
 
   struct Part {
@@ -225,6 +243,12 @@ class IndirectLight {
 }  // namespace
 
 void add_indirect_light(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
+  constexpr int kListLimitPx = 1 << 15;  // of a list of pixels
+  if (job.camera.lens.width() >= kListLimitPx || job.camera.lens.height() >= kListLimitPx)
+    throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", job.camera.name),
+                    fmt::format("light over other surfaces is rendered for images of less than {} px a side",
+                                kListLimitPx),
+                    "leave out [render] bounces");
   IndirectLight(device, job).add(passes);
 }
 

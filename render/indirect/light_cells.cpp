@@ -20,10 +20,15 @@ constexpr int kMostRounds = 6;
 // A bound for memory and time; half of it for the cells that are met first.
 constexpr std::size_t kMostCells = 40000;
 constexpr int kLeastAcross = 6;
+// Where more of what is met than this lies beyond the grid, it has to reach further.
+constexpr double kMostBeyond = 0.005;
+// Of each place from which cells are looked for; and of a member of a cell, whose light is one of many.
+constexpr std::size_t kDirectionsOfLook = 64, kMostDirectionsOfMember = 4096;
 
 // Returns the directions of each member of a cell: all members together have as many as a place that is seen.
 std::size_t directions_of(const TraceJob& job) {
-  return std::max<std::size_t>(16, static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2);
+  return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2, 16,
+                                 kMostDirectionsOfMember);
 }
 
 // The mixing function of splitmix64.
@@ -42,8 +47,17 @@ LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan&
   for (const SurfacePlace& place : seen) (place.number > 0.0F ? lit : all).push_back(place.p_mm);
   const std::vector<Eigen::Vector3f>& reached = lit.empty() ? all : lit;
   if (grid_around(reached, kCellsAcross).per_mm == 0.0F) return;
+  find_cells(places_met_from(device, job, pass, seen), reached);
   Gatherer gatherer(device, job, pass, directions_of(job), true);
-  std::vector<SurfacePlace> points = seen, met;
+  find_transfer(gatherer, pass);
+}
+
+// Returns what light that reaches these places over another surface can have come over.
+std::vector<SurfacePlace> LightCells::places_met_from(TraceDevice& device, const TraceJob& job,
+                                                      const PassPlan& pass,
+                                                      std::vector<SurfacePlace> points) {
+  Gatherer gatherer(device, job, pass, kDirectionsOfLook, true);
+  std::vector<SurfacePlace> met;
   for (std::size_t i = 0; i < points.size(); ++i) points[i].number = static_cast<float>(i);
   for (std::size_t first = 0; first < points.size(); first += gatherer.most_at_a_time()) {
     const Gathered from =
@@ -52,15 +66,22 @@ LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan&
       std::ranges::copy_if(from.met(i), std::back_inserter(met),
                            [](const SurfacePlace& place) { return place.number > 0.0F; });
   }
-  // surfaces may be much larger than what is lit: coarser cells then
+  return met;
+}
+
+// Chooses the grid and numbers the cells of these places. Surfaces may be much larger than what is lit: then
+// cells become coarser, until there are few enough and the grid reaches far enough.
+void LightCells::find_cells(const std::vector<SurfacePlace>& met, const std::vector<Eigen::Vector3f>& lit) {
   for (int across = kCellsAcross; across >= kLeastAcross; across = across * 3 / 4) {
-    grid_ = grid_around(reached, across);
+    grid_ = grid_around(lit, across);
     table_ = {};
     members_.clear();
-    for (const SurfacePlace& place : met) meet(place);
-    if (table_.size() <= kMostCells / 2) break;
+    std::size_t beyond = 0;
+    for (const SurfacePlace& place : met) beyond += meet(place) < 0 ? 1 : 0;
+    if (table_.size() <= kMostCells / 2 &&
+        static_cast<double>(beyond) <= kMostBeyond * static_cast<double>(met.size()))
+      break;
   }
-  find_transfer(gatherer, pass);
 }
 
 // Returns the number of the cell of a place, which may become one of those that stand for it; -1 beyond all.
@@ -127,7 +148,8 @@ void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
     gather_cells(gatherer, first, end,
                  [&](std::size_t cell, const Gathered& from, std::size_t point, bool last) {
                    add_light(from, point, cell, pass, light_of_first_pass_);
-                   const auto directions = static_cast<float>(from.directions * members_[cell].size());
+                   const float directions =
+                       static_cast<float>(from.directions * members_[cell].size()) * from.leaving(point);
                    for (const SurfacePlace& place : from.met(point)) {
                      if (!(place.number > 0.0F)) continue;
                      const std::int32_t other = meet(place);
@@ -136,6 +158,7 @@ void LightCells::find_transfer(Gatherer& gatherer, const PassPlan& pass) {
                    if (last) transfer_.add_row(std::exchange(shares, {}));
                  });
   }
+  n_gathered_ = transfer_.rows();
   while (transfer_.rows() < members_.size()) transfer_.add_row({});
   light_of_first_pass_.resize(members_.size() * light_channels(pass), 0.0F);
 }
@@ -146,11 +169,12 @@ void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan
   if (!first_pass) {
     TraceJob over_one_surface = job;
     over_one_surface.cells = nullptr;
-    Gatherer gatherer(device, over_one_surface, pass, directions_of(job), true);
+    Gatherer gatherer(device, over_one_surface, pass, directions_of(job), false);
     light.assign(size() * light_channels(pass), 0.0F);
-    gather_cells(gatherer, 0, size(), [&](std::size_t cell, const Gathered& from, std::size_t point, bool) {
-      add_light(from, point, cell, pass, light);
-    });
+    gather_cells(gatherer, 0, n_gathered_,
+                 [&](std::size_t cell, const Gathered& from, std::size_t point, bool) {
+                   add_light(from, point, cell, pass, light);
+                 });
   }
   const int bounces = job.twin.render.bounces;
   const auto times = bounces >= kAllBounces ? std::nullopt : std::optional<int>(bounces - 2);

@@ -39,6 +39,9 @@ class LightCells {
     std::size_t size() const { return met < kMostMembers ? met : kMostMembers; }
   };
 
+  static std::vector<SurfacePlace> places_met_from(TraceDevice& device, const TraceJob& job,
+                                                   const PassPlan& pass, std::vector<SurfacePlace> points);
+  void find_cells(const std::vector<SurfacePlace>& met, const std::vector<Eigen::Vector3f>& lit);
   std::int32_t meet(const SurfacePlace& place);
   void find_transfer(Gatherer& gatherer, const PassPlan& pass);
   std::vector<SurfacePlace> points_of(std::size_t first_cell, std::size_t end_cell) const;
@@ -50,6 +53,7 @@ class LightCells {
   CellGrid grid_;
   CellTable table_;
   std::vector<Members> members_;  ///< of each cell
+  std::size_t n_gathered_ = 0;    ///< cells that have light; those that were met last have none
   std::size_t settled_ = 0;       ///< cells whose members are chosen
   CellTransfer transfer_;
   std::vector<float> light_of_first_pass_;  ///< [cell][channel]: over one surface

@@ -124,6 +124,7 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) const
   if (!seen_.sees(middle)) return {};
   for (const std::size_t corner : corners)
     if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), kSmooth)) return {};
+  if (!sees_one_surface(s, seen_.place(middle))) return {};
   const auto part = [](int at, int from, int to) {
     return to > from ? static_cast<float>(at - from) / static_cast<float>(to - from) : 0.0F;
   };
@@ -144,6 +145,16 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) const
   }
   out.enough = out.off <= tolerance * own[0] + kSigmas * std::sqrt(variance);
   return out;
+}
+
+// Returns whether all pixels of a square see the surface of its middle: things may be smaller than squares.
+bool LightLattice::sees_one_surface(const Square& s, const SurfacePlace& middle) const {
+  for (int y = s.y0; y <= s.y1; ++y)
+    for (int x = s.x0; x <= s.x1; ++x) {
+      const std::size_t pixel = pixel_of(x, y);
+      if (!seen_.sees(pixel) || !on_one_surface(seen_.place(pixel), middle, kRough)) return false;
+    }
+  return true;
 }
 
 // Returns whether squares are off by about as much as the larger ones that they are quarters of, in the
@@ -189,15 +200,16 @@ double LightLattice::noise() const {
   return sigma_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(sigma_.size()));
 }
 
-ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t number) const {
-  FT_CHECK(values.size() == pixels_.size() * numbers_, "light of all pixels");
+ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t numbers,
+                                  std::size_t number) const {
+  FT_CHECK(values.size() == pixels_.size() * numbers && number < numbers, "light of all pixels");
   ImageF out(seen_.width, seen_.height, 0.0F);
 #pragma omp parallel for schedule(dynamic, 256)
   for (std::size_t i = 0; i < squares_.size(); ++i) {
     const Square& s = squares_[i];
     const auto at = [&](int x, int y) {
       const std::int32_t gathered = number_[pixel_of(x, y)];
-      return gathered < 0 ? 0.0F : values[static_cast<std::size_t>(gathered) * numbers_ + number];
+      return gathered < 0 ? 0.0F : values[static_cast<std::size_t>(gathered) * numbers + number];
     };
     const float a = at(s.x0, s.y0), b = at(s.x1, s.y0), c = at(s.x0, s.y1), d = at(s.x1, s.y1);
     const auto width = static_cast<float>(std::max(1, s.x1 - s.x0)),
@@ -222,7 +234,7 @@ ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t 
       }
   }
   // what gathered has its own light, also at corners that squares of different size share
-  for (std::size_t i = 0; i < pixels_.size(); ++i) out.data[pixels_[i]] = values[i * numbers_ + number];
+  for (std::size_t i = 0; i < pixels_.size(); ++i) out.data[pixels_[i]] = values[i * numbers + number];
   return out;
 }
 

@@ -57,8 +57,9 @@ class LightLattice {
   const std::vector<float>& values() const { return values_; }
   /// Returns the root mean square of the standard errors.
   double noise() const;
-  /// Interpolates one of the numbers of `values` ([pixel of pixels()][number]); 0 where nothing is seen.
-  ImageF interpolated(const std::vector<float>& values, std::size_t number) const;
+  /// Interpolates one of so many `numbers` of `values` ([pixel of pixels()][number]); 0 where nothing is
+  /// seen.
+  ImageF interpolated(const std::vector<float>& values, std::size_t numbers, std::size_t number) const;
 
  private:
   struct Square {
@@ -76,6 +77,7 @@ class LightLattice {
     float off = 0.0F;
   };
   Told told_by(const Square& s, float tolerance) const;
+  bool sees_one_surface(const Square& s, const SurfacePlace& middle) const;
   static bool does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told);
   static void quarter(const Square& s, float off, std::vector<Square>& out);
 

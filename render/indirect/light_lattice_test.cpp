@@ -56,8 +56,8 @@ TEST(LightLattice, GathersAtFewPixelsOfASmoothSurface) {
             [](int x, int y) { return 5.0F + 0.01F * float(x) - 0.02F * float(y); }};
   const LightLattice lattice = l.make(1e-4F);
   EXPECT_EQ(l.asked, 21 * 13 + 20 * 12);  // corners and middles of squares of 8 px
-  const ImageF mean = lattice.interpolated(lattice.values(), 0),
-               other = lattice.interpolated(lattice.values(), 1);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0),
+               other = lattice.interpolated(lattice.values(), 2, 1);
   for (int y = 0; y < 97; ++y)
     for (int x = 0; x < 161; ++x) {
       EXPECT_NEAR(mean(x, y), l.light(x, y), 1e-5) << x << ' ' << y;
@@ -71,7 +71,7 @@ TEST(LightLattice, TakesMorePixelsWhereLightBends) {
             }};
   const LightLattice lattice = l.make(0.005F);
   EXPECT_LT(l.asked, 100 * 70 / 4);
-  const ImageF mean = lattice.interpolated(lattice.values(), 0);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
   double worst = 0.0;
   for (int y = 0; y < 70; ++y)
     for (int x = 0; x < 100; ++x)
@@ -91,7 +91,7 @@ TEST(LightLattice, TakesRoughnessForNoise) {
   Lattice l{plane(401, 301, kEverywhere, kFlat), rough};
   const LightLattice lattice = l.make(0.004F);
   EXPECT_LT(l.asked, 401 * 301 / 7);  // corners and middles of squares of 4 px
-  const ImageF mean = lattice.interpolated(lattice.values(), 0);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
   double sum = 0.0;
   for (const float v : mean.data) sum += static_cast<double>(v);
   EXPECT_NEAR(sum / static_cast<double>(mean.size()), 1.0, 0.002);
@@ -103,7 +103,7 @@ TEST(LightLattice, InterpolatesNothingAcrossAnEdge) {
   Lattice l{plane(64, 48, hole, [](int x, int) { return x < 37 ? 300.0F : 340.0F; }),
             [](int x, int) { return x < 37 ? 1.0F : 9.0F; }};
   const LightLattice lattice = l.make(1e-3F);
-  const ImageF mean = lattice.interpolated(lattice.values(), 0);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
   for (int y = 0; y < 48; ++y)
     for (int x = 0; x < 64; ++x)
       if (hole(x, y)) {
@@ -111,12 +111,22 @@ TEST(LightLattice, InterpolatesNothingAcrossAnEdge) {
       }
 }
 
+TEST(LightLattice, SeesThingsBetweenItsCorners) {
+  const auto bar = [](int x, int) { return x >= 17 && x <= 19; };  // corners at 16 and 24, the middle at 20
+  Lattice l{plane(64, 48, kEverywhere, [&](int x, int y) { return bar(x, y) ? 250.0F : 300.0F; }),
+            [&](int x, int y) { return bar(x, y) ? 5.0F : 1.0F; }};
+  const LightLattice lattice = l.make(1e-3F);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) EXPECT_NEAR(mean(x, y), l.light(x, y), 1e-6) << x << ' ' << y;
+}
+
 TEST(LightLattice, TakesImagesOfAnySize) {
   for (const auto& [width, height] :
        {std::pair{1, 1}, std::pair{1, 20}, std::pair{17, 1}, std::pair{2, 3}, std::pair{9, 8}}) {
     Lattice l{plane(width, height, kEverywhere, kFlat), [](int x, int y) { return float(1 + x + 3 * y); }};
     const LightLattice lattice = l.make(1e-4F);
-    const ImageF mean = lattice.interpolated(lattice.values(), 0);
+    const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) EXPECT_NEAR(mean(x, y), l.light(x, y), 1e-4) << width << ' ' << height;
   }

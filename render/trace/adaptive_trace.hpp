@@ -42,7 +42,7 @@ struct Sums {
 };
 
 /// Returns true where the adaptive trace serves the scene: without depth of field, projector optics and
-/// pixels, albedo maps, bounces and images that are no cosines (but for added harmonics), and within the
+/// pixels, albedo maps and images that are no cosines (but for added harmonics), and within the
 /// device's limits.
 bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedScene& scene,
                           const std::vector<PassPlan>& passes, const VkPhysicalDeviceLimits& limits);

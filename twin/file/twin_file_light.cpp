@@ -53,17 +53,18 @@ std::vector<double> read_late(const TomlTable& table, const ExposureTiming& timi
     late = {*table.number(key, range)};
   else
     late = read_of_images(table, key, range, n_images, "a number, or one number for all of them,");
+  constexpr double kRounding = 1e-9;  // of decimal numbers
   const double reach = 0.5 * timing.read_out;
   for (std::size_t k = 0; k < std::max<std::size_t>(1, late.size()); ++k) {
     const double of_image = late.empty() ? 0.0 : late[k];
     const std::string image = late.size() > 1 ? fmt::format("image {}", k) : "an image";
-    if (of_image - reach < -timing.exposure)
+    if (of_image - reach < -timing.exposure - kRounding)
       table.fail(key,
                  fmt::format("lets the exposure of {} end before its own pattern begins in some rows: it "
                              "begins {:.6g} before that",
                              image, reach - of_image),
                  fmt::format("keep late - read_out/2 >= -exposure = {}", -timing.exposure));
-    if (of_image + reach > 1.0)
+    if (of_image + reach > 1.0 + kRounding)
       table.fail(key,
                  fmt::format("lets the exposure of {} begin after its own pattern ends in some rows: "
                              "{:.6g} after that begins",
