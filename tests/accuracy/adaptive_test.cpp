@@ -292,8 +292,8 @@ TEST(Adaptive, StandsBackWhereItDoesNotApply) {
   twin.cameras[0].optics = Optics{4.0, 12.0, 250.0};
   EXPECT_EQ(sampler(twin), Sampler::gauss);
   twin = ball_before_wall(24, 16);
-  twin.render.bounces = 1;
-  EXPECT_EQ(sampler(twin), Sampler::gauss);
+  twin.render.bounces = 1;  // apart from the direct light
+  EXPECT_EQ(sampler(twin), Sampler::adaptive);
   twin = ball_before_wall(24, 16);
   twin.projector->response.kind = ProjectorResponse::Kind::gamma;
   twin.projector->response.gamma = 2.2;

@@ -282,6 +282,30 @@ TEST(AllBounces, OfASphericalCavityAreTheSameEverywhere) {
   EXPECT_LE(errors.rms(), 0.03);
 }
 
+// More sums than one pass holds, and passes of different sizes: each pass has light of its own.
+TEST(AllBounces, OfManyImagesAreThoseOfFew) {
+  REQUIRE_RENDERER();
+  for (const int bounces : {1, kAllBounces}) {
+    Twin few = groove(0.8);
+    few.fringes.directions = {{Axis::x, {12.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}}};
+    few.fringes.unwrap = Unwrap::gray;
+    few.render.bounces = bounces;
+    Twin many = few;
+    many.fringes.directions.push_back({Axis::y, {12.0}, {0.0}, GrayCode{.bits = 7, .complementary = true}});
+    many.fringes.directions.push_back({Axis::y, {20.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}});
+    const render::Sampling sampling{Sampler::gauss, 4};
+    const auto expected = shared_renderer()->render(few, 0, sampling),
+               found = shared_renderer()->render(many, 0, sampling);
+    ASSERT_GT(found.irradiance.size(), 16u + 12u);
+    for (const std::size_t image : {0u, 3u, 4u, 9u})  // steps, then bits of x: the same in both
+      for (std::size_t i = 0; i < expected.irradiance[image].size(); ++i) {
+        const auto light = static_cast<double>(expected.irradiance[image].data[i]);
+        ASSERT_NEAR(static_cast<double>(found.irradiance[image].data[i]), light, 0.02 * light + 0.05)
+            << image << ' ' << i;
+      }
+  }
+}
+
 // The noise that the renderer states is that between seeds.
 TEST(AllBounces, StateTheirNoise) {
   REQUIRE_RENDERER();

@@ -218,9 +218,10 @@ std::string twin_toml(const fs::path& captures, const TwinOptions& options) {
   text += "[measure]\ntriangulate = \"stereo\"\nmin_modulation_dn = 20\n";
   for (const Object& object : twin.objects)
     text += fmt::format("[[measure.fit]]\nobject = \"{}\"\n", object.name);
-  text +=
-      fmt::format("[render]\nbounces = {}\n",
-                  options.bounces >= kAllBounces ? std::string("\"all\"") : std::to_string(options.bounces));
+  text += "[render]\n";
+  if (options.bounces > 0)
+    text += fmt::format("bounces = {}\nbounce_samples = 4096\n",
+                        options.bounces >= kAllBounces ? "\"all\"" : std::to_string(options.bounces));
   if (options.samples > 0) text += fmt::format("sampler = \"gauss\"\nsamples = {}\n", options.samples);
   text += fmt::format("[real]\ncaptures = \"{}\"\n", captures.string());
   return text;
