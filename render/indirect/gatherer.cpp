@@ -52,7 +52,7 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
                    const Eigen::Vector2d& moved_px) {
   TraceJob moved = job;
   moved.look_px = moved_px;
-  moved.cells = nullptr;
+  moved.cells.reset();
   const PassPlan no_sums;
   const SampleSetup samples = one_ray();
   device.upload_samples(samples);

@@ -37,7 +37,7 @@ class IndirectLight {
     std::optional<LightLattice> lattice;
     for (std::size_t i = 0; i < passes.size(); ++i) {
       const PassPlan& pass = passes[i];
-      if (job_.cells) job_.cells->upload(device_, job_, pass, i == 0);
+      if (job_.cells) cells_->upload(device_, job_, pass, i == 0);
       Gatherer gatherer(device_, job_, pass, directions(), false);
       const LightLattice::Gather gather = [&](const std::vector<std::uint32_t>& pixels) {
         return light_of(gatherer, pass, pixels);
@@ -91,7 +91,7 @@ class IndirectLight {
     for (std::size_t i = 0; i < seen_.places.size() / step; ++i)
       some.push_back(seen_.places[(i * step + (i * 40503) % step) % seen_.places.size()]);
     cells_.emplace(device_, job_, first_pass, some);
-    if (cells_->size() > 0) job_.cells = &*cells_;
+    if (cells_->size() > 0) job_.cells = cells_->lookup();
   }
 
   LightOfPixels light_of(Gatherer& gatherer, const PassPlan& pass,

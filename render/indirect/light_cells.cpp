@@ -168,7 +168,7 @@ void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan
   std::vector<float> light = light_of_first_pass_;
   if (!first_pass) {
     TraceJob over_one_surface = job;
-    over_one_surface.cells = nullptr;
+    over_one_surface.cells.reset();
     Gatherer gatherer(device, over_one_surface, pass, directions_of(job), false);
     light.assign(size() * light_channels(pass), 0.0F);
     gather_cells(gatherer, 0, n_gathered_,

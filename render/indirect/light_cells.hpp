@@ -27,8 +27,8 @@ class LightCells {
 
   /// Returns the number of cells; none where no surface gets light from another.
   std::size_t size() const { return table_.size(); }
-  const CellGrid& grid() const { return grid_; }
-  std::uint32_t table_mask() const { return table_.mask(); }
+  /// Returns how the shaders find them.
+  CellLookup lookup() const { return {grid_.corner_mm, grid_.per_mm, table_.mask()}; }
 
  private:
   static constexpr std::size_t kMostMembers = 4;

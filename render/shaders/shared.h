@@ -95,7 +95,7 @@ struct uvec4 {
   X(27, BLUR_FIELD, 0, projector.has_blur_field()) /* the blur varies over the projector's image */ \
   X(28, LIGHT_FIELD, 0, projector.has_light_field()) /* and so does the light */ \
   X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */ \
-  X(30, MORE_BOUNCES, 0, cells != nullptr) /* light that has come over two surfaces and more */ \
+  X(30, MORE_BOUNCES, 0, cells.has_value()) /* light that has come over two surfaces and more */ \
   X(31, WRITE_PLACES, 0, 0) /* what each direction meets: set by who uses it */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)

@@ -9,7 +9,6 @@
 #include <limits>
 #include <numbers>
 
-#include "render/indirect/light_cells.hpp"
 #include "render/scene/pack_scene.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
@@ -107,10 +106,10 @@ Vector3d lamp_way_mm(const TraceJob& job) {
 }
 
 Vector3d cell_corner_mm(const TraceJob& job) {
-  return job.cells ? Vector3d(job.cells->grid().corner_mm.cast<double>()) : Vector3d::Zero();
+  return job.cells ? Vector3d(job.cells->corner_mm.cast<double>()) : Vector3d::Zero();
 }
-double cells_per_mm(const TraceJob& job) { return job.cells ? job.cells->grid().per_mm : 0.0; }
-double cell_table_mask(const TraceJob& job) { return job.cells ? job.cells->table_mask() : 0.0; }
+double cells_per_mm(const TraceJob& job) { return job.cells ? job.cells->per_mm : 0.0; }
+double cell_table_mask(const TraceJob& job) { return job.cells ? job.cells->table_mask : 0.0; }
 
 template <class... Number>
 Double4 as_doubles(Number... number) {

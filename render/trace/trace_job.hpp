@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Describes the work of one trace of a camera: what all its steps read, and the transport that they fill.
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "render/base/renderer_tuning.hpp"
@@ -14,8 +16,14 @@
 
 namespace fringetwin::render {
 
-class LightCells;
 struct ProjectorSetup;
+
+/// How the shaders find the cell of a place (shaders/cells.glsl).
+struct CellLookup {
+  Eigen::Vector3f corner_mm;  ///< of the grid, camera frame
+  float per_mm;
+  std::uint32_t table_mask;
+};
 
 struct TraceJob {
   const Twin& twin;
@@ -30,7 +38,7 @@ struct TraceJob {
   Transport* out;
   const HarmonicsPlan& harmonics;
   Eigen::Vector2d look_px = Eigen::Vector2d::Zero();  ///< Params::look
-  const LightCells* cells = nullptr;  ///< of light over two surfaces and more; nullptr: none
+  std::optional<CellLookup> cells = std::nullopt;     ///< of light over two surfaces and more
 };
 
 }  // namespace fringetwin::render

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Computes the light that a twin's surfaces send each other (as long as there is any), by the double-precision reference.
+// Computes the light that a twin's surfaces send each other (as long as there is any), by the
+// double-precision reference.
 #pragma once
 #include <cstddef>
 #include <vector>
