@@ -243,11 +243,11 @@ class IndirectLight {
 }  // namespace
 
 void add_indirect_light(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
-  constexpr int kListLimitPx = 1 << 15;  // of a list of pixels
-  if (job.camera.lens.width() >= kListLimitPx || job.camera.lens.height() >= kListLimitPx)
+  constexpr int kListedPx = 1 << 15;  // of a list of pixels
+  if (job.camera.lens.width() >= kListedPx || job.camera.lens.height() >= kListedPx)
     throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", job.camera.name),
                     fmt::format("light over other surfaces is rendered for images of less than {} px a side",
-                                kListLimitPx),
+                                kListedPx),
                     "leave out [render] bounces");
   IndirectLight(device, job).add(passes);
 }
