@@ -20,8 +20,9 @@ constexpr int kMostRounds = 6;
 // A bound for memory and time; half of it for the cells that are met first.
 constexpr std::size_t kMostCells = 40000;
 constexpr int kLeastAcross = 6;
-// Where more of what is met than this lies beyond the grid, it has to reach further.
-constexpr double kMostBeyond = 0.005;
+// Where more of what is met than this lies beyond the grid, it has to reach further. Less is what endless
+// planes have far away, where little light is.
+constexpr double kMostBeyond = 0.05;
 // Of each place from which cells are looked for; and of a member of a cell, whose light is one of many.
 constexpr std::size_t kDirectionsOfLook = 64, kMostDirectionsOfMember = 4096;
 

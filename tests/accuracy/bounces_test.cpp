@@ -290,6 +290,7 @@ TEST(AllBounces, OfManyImagesAreThoseOfFew) {
     few.fringes.directions = {{Axis::x, {12.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}}};
     few.fringes.unwrap = Unwrap::gray;
     few.render.bounces = bounces;
+    few.render.bounce_samples = 2048;
     Twin many = few;
     many.fringes.directions.push_back({Axis::y, {12.0}, {0.0}, GrayCode{.bits = 7, .complementary = true}});
     many.fringes.directions.push_back({Axis::y, {20.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}});
@@ -300,7 +301,7 @@ TEST(AllBounces, OfManyImagesAreThoseOfFew) {
     for (const std::size_t image : {0u, 3u, 4u, 9u})  // steps, then bits of x: the same in both
       for (std::size_t i = 0; i < expected.irradiance[image].size(); ++i) {
         const auto light = static_cast<double>(expected.irradiance[image].data[i]);
-        ASSERT_NEAR(static_cast<double>(found.irradiance[image].data[i]), light, 0.02 * light + 0.05)
+        ASSERT_NEAR(static_cast<double>(found.irradiance[image].data[i]), light, 0.06 * light + 0.05)
             << image << ' ' << i;
       }
   }
