@@ -200,6 +200,13 @@ double LightLattice::noise() const {
   return sigma_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(sigma_.size()));
 }
 
+double LightLattice::light() const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < pixels_.size(); ++i)
+    sum += std::pow(static_cast<double>(values_[i * numbers_]), 2);
+  return pixels_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(pixels_.size()));
+}
+
 ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t numbers,
                                   std::size_t number) const {
   FT_CHECK(values.size() == pixels_.size() * numbers && number < numbers, "light of all pixels");

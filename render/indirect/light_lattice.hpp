@@ -57,6 +57,8 @@ class LightLattice {
   const std::vector<float>& values() const { return values_; }
   /// Returns the root mean square of the standard errors.
   double noise() const;
+  /// Returns the root mean square of the mean light.
+  double light() const;
   /// Interpolates one of so many `numbers` of `values` ([pixel of pixels()][number]); 0 where nothing is
   /// seen.
   ImageF interpolated(const std::vector<float>& values, std::size_t numbers, std::size_t number) const;

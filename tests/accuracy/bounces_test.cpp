@@ -290,7 +290,7 @@ TEST(AllBounces, OfManyImagesAreThoseOfFew) {
     few.fringes.directions = {{Axis::x, {12.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}}};
     few.fringes.unwrap = Unwrap::gray;
     few.render.bounces = bounces;
-    few.render.bounce_samples = 2048;
+    few.render.bounce_samples = 1024;
     Twin many = few;
     many.fringes.directions.push_back({Axis::y, {12.0}, {0.0}, GrayCode{.bits = 7, .complementary = true}});
     many.fringes.directions.push_back({Axis::y, {20.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}});

@@ -220,7 +220,7 @@ std::string twin_toml(const fs::path& captures, const TwinOptions& options) {
     text += fmt::format("[[measure.fit]]\nobject = \"{}\"\n", object.name);
   text += "[render]\n";
   if (options.bounces > 0)
-    text += fmt::format("bounces = {}\nbounce_samples = 4096\n",
+    text += fmt::format("bounces = {}\nbounce_samples = 512\n",
                         options.bounces >= kAllBounces ? "\"all\"" : std::to_string(options.bounces));
   if (options.samples > 0) text += fmt::format("sampler = \"gauss\"\nsamples = {}\n", options.samples);
   text += fmt::format("[real]\ncaptures = \"{}\"\n", captures.string());
