@@ -45,7 +45,8 @@ class IndirectLight {
         return light_of(gatherer, pass, pixels);
       };
       if (!lattice)
-        lattice.emplace(seen_, light_channels(pass), light_channels(pass) + kTowards, kTolerance, gather);
+        lattice.emplace(seen_, light_channels(pass), light_channels(pass) + kTowards, kTolerance, gather,
+                        first_step_px());
       add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
     }
     widen_estimate(*lattice);
@@ -54,6 +55,13 @@ class IndirectLight {
  private:
   std::size_t directions() const {
     return static_cast<std::size_t>(std::max(2, job_.twin.render.bounce_samples / 2 * 2));
+  }
+
+  // Views whose pixels stand apart, as the search for causes has them, have squares as large as the image's.
+  int first_step_px() const {
+    const double side_px = job_.twin.sampled_side_px(job_.camera);
+    return std::clamp(static_cast<int>(std::lround(LightLattice::kFirstStepPx * side_px)), 1,
+                      LightLattice::kFirstStepPx);
   }
 
   // Finds what all pixels see, and those that an edge crosses.

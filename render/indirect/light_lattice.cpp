@@ -10,7 +10,6 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int kFirstStep = 8;      // px
 constexpr int kNormalsAround = 2;  // px, over which normals are taken together
 constexpr float kSigmas = 3.0F;    // by which noise alone sets a middle apart once in 400
 
@@ -53,9 +52,9 @@ std::size_t LightLattice::pixel_of(int x, int y) const {
 }
 
 LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
-                           const Gather& gather)
+                           const Gather& gather, int first_step_px)
     : seen_(seen), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
-  std::vector<Square> squares = first_squares(), smaller;
+  std::vector<Square> squares = first_squares(first_step_px), smaller;
   while (!squares.empty()) {
     std::vector<std::uint32_t> wanted;
     for (const Square& s : squares) {
@@ -79,11 +78,11 @@ LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::siz
 }
 
 // Squares of the first step that see something.
-std::vector<LightLattice::Square> LightLattice::first_squares() const {
+std::vector<LightLattice::Square> LightLattice::first_squares(int step) const {
   std::vector<Square> squares;
-  const auto last = [](int from, int size) { return std::min(from + kFirstStep, size - 1); };
-  for (int y = 0; y < std::max(1, seen_.height - 1); y += kFirstStep)
-    for (int x = 0; x < std::max(1, seen_.width - 1); x += kFirstStep) {
+  const auto last = [step](int from, int size) { return std::min(from + step, size - 1); };
+  for (int y = 0; y < std::max(1, seen_.height - 1); y += step)
+    for (int x = 0; x < std::max(1, seen_.width - 1); x += step) {
       const Square s{x, y, last(x, seen_.width), last(y, seen_.height)};
       bool any = false;
       for (int v = s.y0; v <= s.y1 && !any; ++v)

@@ -44,13 +44,14 @@ struct LightOfPixels {
 
 class LightLattice {
  public:
+  static constexpr int kFirstStepPx = 8;  ///< between the corners of the first squares
   using Gather = std::function<LightOfPixels(const std::vector<std::uint32_t>& pixels)>;
 
   /// Chooses pixels until squares between them tell the light of their middles, the first `channels` of
   /// `numbers`, to `tolerance` of it, or to what its noise lets see. Where quarters of squares are off as
   /// they were, the surface is rough: they stay.
   LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
-               const Gather& gather);
+               const Gather& gather, int first_step_px = kFirstStepPx);
 
   const std::vector<std::uint32_t>& pixels() const { return pixels_; }
   /// The light of the first gathering.
@@ -69,7 +70,7 @@ class LightLattice {
     float larger_off = 0.0F;  ///< by how much the square that it is a quarter of was off, 0: of none
   };
   std::size_t pixel_of(int x, int y) const;
-  std::vector<Square> first_squares() const;
+  std::vector<Square> first_squares(int step) const;
   void gather_new(const std::vector<std::uint32_t>& pixels, const Gather& gather);
   void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
   /// How well the corners of a square tell the light of its middle.
