@@ -75,7 +75,8 @@ class IndirectLight {
           pixels.push_back(static_cast<std::uint32_t>(y * width + x));
     }
     std::ranges::sort(pixels);
-    seen_ = seen_image(width, height, look_at(device_, job_, pixels));
+    seen_ = seen_image(width, height, look_at(device_, job_, pixels),
+                       first_step_px() / (LightLattice::kFirstStepPx / 2));
     std::ranges::copy_if(pixels, std::back_inserter(edges_),
                          [this](std::uint32_t pixel) { return edge_crosses(pixel); });
   }

@@ -10,8 +10,7 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr int kNormalsAround = 2;  // px, over which normals are taken together
-constexpr float kSigmas = 3.0F;    // by which noise alone sets a middle apart once in 400
+constexpr float kSigmas = 3.0F;  // by which noise alone sets a middle apart once in 400
 
 }  // namespace
 
@@ -22,7 +21,7 @@ bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceL
   return out <= limits.most_out_of_plane * way.norm();
 }
 
-SeenImage seen_image(int width, int height, const SeenPlaces& seen) {
+SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px) {
   SeenImage image{.width = width, .height = height};
   image.at.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1);
   for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
@@ -35,8 +34,8 @@ SeenImage seen_image(int width, int height, const SeenPlaces& seen) {
     const SurfacePlace& own = seen.places[i];
     const int x = static_cast<int>(seen.pixels[i]) % width, y = static_cast<int>(seen.pixels[i]) / width;
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int v = std::max(0, y - kNormalsAround); v <= std::min(height - 1, y + kNormalsAround); ++v)
-      for (int u = std::max(0, x - kNormalsAround); u <= std::min(width - 1, x + kNormalsAround); ++u) {
+    for (int v = std::max(0, y - around_px); v <= std::min(height - 1, y + around_px); ++v)
+      for (int u = std::max(0, x - around_px); u <= std::min(width - 1, x + around_px); ++u) {
         const std::int32_t at = image.at[static_cast<std::size_t>(v * width + u)];
         if (at < 0) continue;
         const SurfacePlace& other = seen.places[static_cast<std::size_t>(at)];

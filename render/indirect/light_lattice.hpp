@@ -34,7 +34,8 @@ bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceL
 
 /// Returns what pixels see as an image. Normals of a surface that is rough within a few pixels, as measured
 /// ones are, become the mean around: of its light the pixels' own normals have a part of their own.
-SeenImage seen_image(int width, int height, const SeenPlaces& seen);
+/// `around_px`: how far.
+SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px);
 
 /// The light that some pixels gathered, per unit of their own reflectivity.
 struct LightOfPixels {
