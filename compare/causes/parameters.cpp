@@ -293,10 +293,7 @@ class ParameterList : private GroupList {
         !std::visit([]<class S>(const S&) { return S::kLightsItself; }, twin_.objects[0].shape);
     if (!twin_.projector || alone || twin_.objects.empty() || twin_.fringes.has_harmonics_field()) return;
     Parameter& p = add("bounces", "", twin_.render.bounces > 0 ? 1.0 : 0.0, 1.0, [](Twin& t, double d) {
-      if (d >= 0.5 && t.render.bounces == 0) {
-        t.render.bounces = kAllBounces;                                     // as surfaces do
-        t.render.bounce_samples = std::max(t.render.bounce_samples, 2048);  // few pixels: noise would count
-      }
+      if (d >= 0.5 && t.render.bounces == 0) t.render.bounces = kAllBounces;  // as surfaces do
       if (d <= -0.5) t.render.bounces = 0;
     });
     p.is_switch = true;
