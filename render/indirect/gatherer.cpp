@@ -3,47 +3,25 @@
 
 #include <algorithm>
 
+#include "render/base/pixel_list.hpp"
+#include "render/trace/sample_portions.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {
 
 constexpr std::size_t kMostPlaces = 16384, kMostBytes = 64U << 20;
-constexpr std::size_t kLongestList = 65536;  // texels that every device takes
 // Of a place in one dispatch, so that walks through a mesh stay below the driver's loop limit.
 constexpr std::uint32_t kDirectionsAtATime = 32;
 
 std::size_t groups_of(std::size_t n) { return (n + BLOCK_PIXELS - 1) / BLOCK_PIXELS; }
 
 // A rule of one ray, for what every kernel wants to know of samples.
-SampleSetup one_ray() {
+SampleSetup rule_of_one_ray() {
   SampleSetup samples;
   samples.n = 1;
   samples.table = {{0.0F, 0.0F, 1.0F, 0.0F}};
   return samples;
-}
-
-// Runs all directions in portions that the driver does not cut short.
-void run_in_portions(TraceDevice& device, ComputePipeline& kernel, gpu::Push push, std::uint32_t directions,
-                     std::size_t n, Transport* out) {
-  const auto groups = static_cast<std::uint32_t>(groups_of(n));
-  std::uint32_t at_a_time = std::min(kDirectionsAtATime, directions);
-  for (std::uint32_t first = 0; first < directions;) {
-    push.first_sample = first;
-    push.end_sample = std::min(directions, first + at_a_time);
-    push.resume = first > 0;
-    if (device.dispatch(kernel, push, groups, out)) {
-      first = push.end_sample;
-      continue;
-    }
-    if (at_a_time == 1)
-      throw UserError(ExitCode::device, device.vulkan().info().name,
-                      "a single ray exceeds the driver's limit of loop iterations",
-                      "use a newer driver (Mesa 25 has no such limit) or split the mesh");
-    at_a_time = std::max(1U, at_a_time / 2);  // sums that were cut short are wrong: from the start
-    first = 0;
-  }
-  out->rays += std::uint64_t{n} * directions;
 }
 
 }  // namespace
@@ -54,7 +32,7 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
   moved.look_px = moved_px;
   moved.cells.reset();
   const PassPlan no_sums;
-  const SampleSetup samples = one_ray();
+  const SampleSetup samples = rule_of_one_ray();
   device.upload_samples(samples);
   device.upload_pass(moved, no_sums, samples, {});
   const auto width = static_cast<std::uint32_t>(job.camera.lens.width());
@@ -63,7 +41,7 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
     const std::size_t n = std::min(kLongestList, pixels.size() - first), groups = groups_of(n);
     std::vector<std::uint32_t> codes;
     for (std::size_t i = first; i < first + n; ++i)
-      codes.push_back(pixels[i] % width | pixels[i] / width << 15);
+      codes.push_back(list_code(static_cast<int>(pixels[i] % width), static_cast<int>(pixels[i] / width)));
     device.fill(BIND_PIXELS, codes);
     device.reserve(BIND_PLACES, groups * BLOCK_PIXELS * sizeof(SurfacePlace));
     device.reserve(BIND_OUTPUT, groups * BLOCK_PIXELS * (no_sums.channels() + GATHER_MORE) * sizeof(float));
@@ -73,9 +51,7 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
     push.n_pixels = static_cast<gpu::uint>(n);
     ComputePipeline& kernel = device.bound_kernel(Kernel::gather, make_constants(moved, samples, no_sums));
     if (!device.dispatch(kernel, push, static_cast<std::uint32_t>(groups), job.out))
-      throw UserError(ExitCode::device, device.vulkan().info().name,
-                      "a single ray exceeds the driver's limit of loop iterations",
-                      "use a newer driver (Mesa 25 has no such limit) or split the mesh");
+      throw_ray_cut_short(device);
     job.out->rays += n;
     const auto* places = device.read<SurfacePlace>(BIND_PLACES, n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -92,17 +68,19 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
     : device_(device),
       job_(job),
       pass_(pass),
-      constants_(make_constants(job, one_ray(), pass)),
+      one_ray_(rule_of_one_ray()),
+      constants_(make_constants(job, one_ray_, pass)),
       directions_(directions),
-      most_(kMostPlaces) {
+      most_(kMostPlaces),
+      at_a_time_(kDirectionsAtATime) {
   FT_CHECK(directions >= 2 && directions % 2 == 0, "two sets of directions");
   constants_[SPEC_BOUNCES] = 1;
   constants_[SPEC_WRITE_PLACES] = with_places ? 1 : 0;
   if (with_places)
     most_ = std::clamp(kMostBytes / (sizeof(SurfacePlace) * directions) / BLOCK_PIXELS * BLOCK_PIXELS,
                        std::size_t{BLOCK_PIXELS}, kMostPlaces);
-  device_.upload_samples(one_ray());
-  device_.upload_pass(job, pass, one_ray(), {});
+  device_.upload_samples(one_ray_);
+  device_.upload_pass(job, pass, one_ray_, {});
   device_.reserve(BIND_OUTPUT, most_ * (pass.channels() + GATHER_MORE) * sizeof(float));
   if (with_places) device_.reserve(BIND_PLACES, most_ * directions * sizeof(SurfacePlace));
 }
@@ -116,9 +94,10 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
   gpu::Push push{};
   push.n_blocks_band = static_cast<gpu::uint>(groups_of(n));
   push.sentinel = SENTINEL_LOOPS;
-  push.n_centre = static_cast<gpu::uint>(directions_);
-  run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push,
-                  static_cast<std::uint32_t>(directions_), n, job_.out);
+  push.n_directions = static_cast<gpu::uint>(directions_);
+  run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push, push.n_directions,
+                  push.n_blocks_band, &at_a_time_, job_.out);
+  job_.out->rays += std::uint64_t{n} * directions_;
   const bool with_places = constants_[SPEC_WRITE_PLACES] != 0;
   return {device_.read<float>(BIND_OUTPUT, stride * (pass_.channels() + GATHER_MORE)),
           with_places ? device_.read<SurfacePlace>(BIND_PLACES, stride * directions_) : nullptr,

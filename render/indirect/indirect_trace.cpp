@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "render/base/pixel_list.hpp"
 #include "render/indirect/light_cells.hpp"
 #include "render/indirect/light_lattice.hpp"
 #include "render/trace/pixel_blocks.hpp"
@@ -260,12 +261,11 @@ class IndirectLight {
 }  // namespace
 
 void add_indirect_light(TraceDevice& device, const TraceJob& job, const std::vector<PassPlan>& passes) {
-  constexpr int kListedPx = 1 << 15;  // of a list of pixels
-  if (job.camera.lens.width() >= kListedPx || job.camera.lens.height() >= kListedPx)
-    throw UserError(
-        ExitCode::usage, fmt::format("camera \"{}\"", job.camera.name),
-        fmt::format("light over other surfaces is rendered for images of less than {} px a side", kListedPx),
-        "leave out [render] bounces");
+  if (job.camera.lens.width() >= kListLimitPx || job.camera.lens.height() >= kListLimitPx)
+    throw UserError(ExitCode::usage, fmt::format("camera \"{}\"", job.camera.name),
+                    fmt::format("light over other surfaces is rendered for images of less than {} px a side",
+                                kListLimitPx),
+                    "leave out [render] bounces");
   IndirectLight(device, job).add(passes);
 }
 

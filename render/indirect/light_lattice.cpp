@@ -12,6 +12,14 @@ namespace {
 
 constexpr float kSigmas = 3.0F;  // by which noise alone sets a middle apart once in 400
 
+// Of the first of every `step` values.
+double root_mean_square(const std::vector<float>& values, std::size_t step) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < values.size(); i += step) sum += std::pow(static_cast<double>(values[i]), 2);
+  return values.empty() ? 0.0
+                        : std::sqrt(sum * static_cast<double>(step) / static_cast<double>(values.size()));
+}
+
 }  // namespace
 
 bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits) {
@@ -192,18 +200,8 @@ void LightLattice::quarter(const Square& s, float off, std::vector<Square>& out)
   add(x, y, s.x1, s.y1);
 }
 
-double LightLattice::noise() const {
-  double sum = 0.0;
-  for (const float s : sigma_) sum += static_cast<double>(s) * static_cast<double>(s);
-  return sigma_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(sigma_.size()));
-}
-
-double LightLattice::light() const {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < pixels_.size(); ++i)
-    sum += std::pow(static_cast<double>(values_[i * numbers_]), 2);
-  return pixels_.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(pixels_.size()));
-}
+double LightLattice::noise() const { return root_mean_square(sigma_, 1); }
+double LightLattice::light() const { return root_mean_square(values_, numbers_); }
 
 ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t numbers,
                                   std::size_t number) const {

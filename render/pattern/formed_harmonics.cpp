@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "render/base/pixel_list.hpp"
 #include "render/pattern/waveform.hpp"
 #include "render/shaders/shared.h"
 #include "twin/base/constants.hpp"
@@ -92,7 +93,6 @@ double formed_error(const HarmonicWeights& w, const Run& r, bool creases) {
   return w.k3 * skew + w.k4 * fourth + w.k6 * x2 * y2 * gg / 84.0 + w.k8 * gg * gg * gg * gg / 256.0;
 }
 
-constexpr int kLargestImage = 1 << 15;  // places in the lists of pixels
 constexpr int kWide = BLOCK_WIDTH + 2, kHigh = BLOCK_HEIGHT + 2;
 
 // The fundamental of a block and the pixels around it, and how it turns from each pixel to the next.
@@ -190,7 +190,7 @@ HarmonicsPlan plan_harmonics(const Twin& twin, const Camera& camera, const Serie
                              double phase_error_rad, double center_x_px, double center_y_px) {
   HarmonicsPlan plan;
   if (!may_form_harmonics(twin) || camera.optics ||
-      std::max(camera.lens.width(), camera.lens.height()) > kLargestImage)
+      std::max(camera.lens.width(), camera.lens.height()) >= kListLimitPx)
     return plan;
   // Taken for a surface that faces both and is as far from the camera as from the projector.
   const double px_per_px = twin.projector->lens.intrinsics().at(0) / camera.lens.intrinsics().at(0);

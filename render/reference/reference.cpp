@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <random>
 #include <tuple>
@@ -16,28 +15,14 @@
 #include "render/base/quadrature.hpp"
 #include "render/reference/reference_exposure.hpp"
 #include "render/reference/reference_material.hpp"
-#include "render/reference/reference_mesh.hpp"
 #include "render/reference/reference_pattern.hpp"
-#include "render/reference/reference_shapes.hpp"
+#include "render/reference/reference_scene.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A shadow ray starts this far from its surface point: double rounding at 1 m is 1e-13 mm.
-constexpr double kShadowStartMm = 1e-9;
-// Surfaces closer to each other than 1e-6 of the way to them count as one (shaders/shapes.glsl).
-constexpr double kInFront = 1.0 - 1e-6;
-
-// One visitor of a std::variant out of several lambdas, one per alternative.
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
 
 // What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
 double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
@@ -65,15 +50,6 @@ double shown_level(const Projector& projector, const ImageF& levels, const Eigen
   return sum;
 }
 
-struct SceneHit {
-  double t_mm = kInfinity;
-  int object = -1;
-  int triangle = -1;
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();   // geometric, the shape's own side
-  Eigen::Vector3d shading = Eigen::Vector3d::Zero();  // the normal of the light formula
-  double albedo = 1.0;
-};
-
 // Nodes (offset px, weight) along one axis of what a pixel gathers: its square, or with a point spread
 // function the square widened by it, cell by cell of one pixel.
 std::vector<std::pair<double, double>> footprint(int gauss_n, double fill, double psf_px) {
@@ -95,14 +71,28 @@ std::vector<std::pair<double, double>> footprint(int gauss_n, double fill, doubl
   return nodes;
 }
 
-struct Instance {
-  const ReferenceMesh* mesh = nullptr;
-  Pose T_world_object, T_object_world;
-  bool smooth = false;
-  Ray to_object(const Ray& world) const {
-    return {T_object_world * world.origin_mm, T_object_world.rotation * world.direction};
+/// Directions over the hemisphere around the side of a shading normal that a geometric normal faces, by the
+/// cosine: sin^2 of the polar angle is uniform.
+class Hemisphere {
+ public:
+  Hemisphere(const Eigen::Vector3d& shading, const Eigen::Vector3d& normal)
+      : N_(shading.dot(normal) < 0.0 ? Eigen::Vector3d(-shading) : shading),
+        T_(N_.unitOrthogonal()),
+        B_(N_.cross(T_)) {}
+  Eigen::Vector3d direction(double sine2, double angle) const {
+    return std::sqrt(sine2) * (std::cos(angle) * T_ + std::sin(angle) * B_) + std::sqrt(1.0 - sine2) * N_;
   }
+
+ private:
+  Eigen::Vector3d N_, T_, B_;
 };
+
+// Of any ray of a device, from the world origin.
+double farthest_start_mm(const Twin& twin) {
+  double far = twin.projector ? twin.projector->center_world_mm().norm() : 0.0;
+  for (const Camera& c : twin.cameras) far = std::max(far, c.center_world_mm().norm());
+  return far;
+}
 
 }  // namespace
 
@@ -110,9 +100,7 @@ struct Reference::Impl {
   Twin twin;
   std::vector<Pose> T_world_cam;
   Eigen::Vector3d projector_center = Eigen::Vector3d::Zero();
-  std::map<const Mesh*, std::unique_ptr<ReferenceMesh>> meshes;
-  std::vector<Instance> instances;  // one per object; mesh == nullptr for analytic shapes
-  std::vector<int> order;           // of the search: spheres, planes, cylinders, meshes
+  ReferenceScene scene;
   std::vector<PatternSpec> sequence;
   std::vector<ReferencePattern> patterns;
   bool linear = true;
@@ -120,51 +108,26 @@ struct Reference::Impl {
   explicit Impl(const Twin& t);
   std::optional<Ray> camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
                                 const Eigen::Vector2d& lens_uv) const;
-  std::optional<SceneHit> hit_object(int object, const Ray& ray, double t_min, double t_max) const;
-  std::optional<SceneHit> nearest(const Ray& ray) const;
-  bool in_shadow(const SceneHit& own, bool outside, const Ray& to_light, double distance) const;
   void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
   double lamp(const SceneHit& hit, const PixelSample& sample) const;
   void gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const;
+  std::optional<SceneHit> look_from(const Eigen::Vector3d& direction, PixelSample& at) const;
   void follow_back(SceneHit hit, PixelSample at, double share, PixelSample& sample) const;
   void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
   PixelSample trace(const Ray& ray, int bounce_n = 0) const;
   void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
 };
 
-Reference::Impl::Impl(const Twin& t) : twin(t) {
-  double reach = 0.0;  // of any ray's start from the world origin
-  for (const Camera& c : twin.cameras) {
-    T_world_cam.push_back(c.T_cam_world.inverse());
-    reach = std::max(reach, c.center_world_mm().norm());
-  }
+Reference::Impl::Impl(const Twin& t) : twin(t), scene(twin, farthest_start_mm(twin)) {
+  for (const Camera& c : twin.cameras) T_world_cam.push_back(c.T_cam_world.inverse());
   if (twin.projector) {
     projector_center = twin.projector->center_world_mm();
-    reach = std::max(reach, projector_center.norm());
     linear =
         twin.projector->response.kind == ProjectorResponse::Kind::linear && !twin.projector->pixel_structure;
     sequence = expand_sequence(twin.fringes);
     for (std::size_t i = 0; i < sequence.size() && !sequence[i].is_image(); ++i)  // images are the last ones
       patterns.emplace_back(twin, sequence[i], twin.projector->image_shift_px(i));
   }
-  for (const Object& object : twin.objects) {
-    FT_CHECK(!std::holds_alternative<MeasuredShape>(object.shape), "measured shapes must be built first");
-    Instance instance;
-    if (const auto* m = std::get_if<MeshShape>(&object.shape)) {
-      auto& mesh = meshes[m->mesh.get()];
-      if (!mesh)
-        mesh = std::make_unique<ReferenceMesh>(m->mesh, reach + m->T_world_object.translation_mm.norm());
-      instance = {mesh.get(), m->T_world_object, m->T_world_object.inverse(), m->smooth};
-    }
-    instances.push_back(instance);
-    order.push_back(static_cast<int>(order.size()));
-  }
-  // The order of the shaders: meshes behind the analytic shapes; what is measured has become a mesh.
-  static_assert(std::is_same_v<std::variant_alternative_t<std::variant_size_v<Shape> - 2, Shape>, MeshShape>);
-  std::ranges::stable_sort(order, [this](int a, int b) {
-    const auto kind = [this](int i) { return twin.objects[i].shape.index(); };
-    return kind(a) < kind(b);
-  });
 }
 
 // Thin lens: rays from the lens disk (radius focal length / (2 f-number)) meet where the chief ray
@@ -182,65 +145,6 @@ std::optional<Ray> Reference::Impl::camera_ray(std::size_t camera, const Eigen::
   return Ray{T * start, (T.rotation * (focus - start)).normalized()};
 }
 
-std::optional<SceneHit> Reference::Impl::hit_object(int object, const Ray& ray, double t_min,
-                                                    double t_max) const {
-  const auto index = static_cast<std::size_t>(object);
-  const Instance& instance = instances[index];
-  if (instance.mesh) {
-    const auto hit = instance.mesh->nearest(instance.to_object(ray), t_min, t_max);
-    if (!hit) return std::nullopt;
-    const auto& R = instance.T_world_object.rotation;
-    SceneHit out{.t_mm = hit->t_mm,
-                 .object = object,
-                 .triangle = hit->triangle,
-                 .normal = R * instance.mesh->geometric_normal(hit->triangle),
-                 .albedo = instance.mesh->albedo(*hit)};
-    if (instance.smooth) out.shading = R * instance.mesh->shading_normal(*hit);
-    // Vertex normals of both windings may cancel: then the facet's own counts.
-    if (!(out.shading.squaredNorm() > 0.0)) out.shading = out.normal;
-    return out;
-  }
-  using Hit = std::optional<ShapeHit>;
-  const Hit hit = std::visit(
-      Overloaded{[](const MeshShape&) { return Hit(); }, [](const MeasuredShape&) { return Hit(); },
-                 [&](const auto& shape) { return intersect(shape, ray, t_min, t_max); }},
-      twin.objects[index].shape);
-  if (!hit) return std::nullopt;
-  const auto* plane = std::get_if<PlaneShape>(&twin.objects[index].shape);
-  const double albedo = plane ? reference_map_albedo(*plane, ray.origin_mm + hit->t_mm * ray.direction) : 1.0;
-  return SceneHit{hit->t_mm, object, -1, hit->normal, hit->normal, albedo};
-}
-
-std::optional<SceneHit> Reference::Impl::nearest(const Ray& ray) const {
-  std::optional<SceneHit> best;
-  for (const int i : order) {
-    const auto hit = hit_object(i, ray, 0.0, best ? kInFront * best->t_mm : kInfinity);
-    if (hit) best = hit;
-  }
-  return best;
-}
-
-// `outside`: the lit side is the shape's own outer side.
-bool Reference::Impl::in_shadow(const SceneHit& own, bool outside, const Ray& to_light,
-                                double distance) const {
-  for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
-    if (const ReferenceMesh* mesh = instances[i].mesh) {
-      const int skipped = i == own.object ? own.triangle : -1;
-      if (mesh->occluded(instances[i].to_object(to_light), kShadowStartMm, distance, skipped)) return true;
-      continue;
-    }
-    const bool can_meet =
-        i != own.object ||
-        std::visit(
-            Overloaded{[](const MeshShape&) { return true; }, [](const MeasuredShape&) { return true; },
-                       [&](const auto& shape) { return meets_own_shadow_ray(shape, outside); }},
-            twin.objects[i].shape);
-    if (!can_meet) continue;
-    if (hit_object(i, to_light, kShadowStartMm, distance)) return true;
-  }
-  return false;
-}
-
 void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const {
   const Projector& projector = *twin.projector;
   const Eigen::Vector3d to_projector = projector_center - sample.point_world_mm;
@@ -252,7 +156,7 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, Pixe
       q->y() > projector.lens.height() - 0.5)
     return;
   const bool outside = hit.normal.dot(sample.normal_world) > 0.0;
-  if (twin.render.shadow && in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
+  if (twin.render.shadow && scene.in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
   sample.lit = true;
   sample.projector_px = *q;
   const Eigen::Vector3d N =
@@ -284,35 +188,39 @@ double Reference::Impl::lamp(const SceneHit& hit, const PixelSample& sample) con
   const double cosine = (turned ? -1.0 : 1.0) * hit.shading.dot(L);
   if (!(cosine > 0.0)) return 0.0;
   const bool outside = hit.normal.dot(sample.normal_world) > 0.0;
-  if (twin.render.shadow && in_shadow(hit, outside, {sample.point_world_mm, L}, kInfinity)) return 0.0;
+  if (twin.render.shadow &&
+      scene.in_shadow(hit, outside, {sample.point_world_mm, L}, std::numeric_limits<double>::infinity()))
+    return 0.0;
   return twin.room.lamp_world.norm() * twin.objects[hit.object].material.diffuse * hit.albedo * cosine;
 }
 
-// The hemisphere around the shading normal, by the cosine: sin^2 of the polar angle is uniform.
+// Light over one surface, by a product rule over the hemisphere.
 void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const {
-  const Eigen::Vector3d N =
-      hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
-  const Eigen::Vector3d T = N.unitOrthogonal(), B = N.cross(T);
+  const Hemisphere hemisphere(hit.shading, sample.normal_world);
   const double diffuse = twin.objects[hit.object].material.diffuse * hit.albedo;
   const GaussRule& rule = gauss_rule(bounce_n);
   for (int i = 0; i < bounce_n; ++i)
     for (int k = 0; k < 2 * bounce_n; ++k) {
-      const double sine2 = 0.5 + 0.5 * rule.nodes[i], angle = pi * (k + 0.5) / bounce_n;
-      const Eigen::Vector3d d =
-          std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
-      if (d.dot(sample.normal_world) <= 0.0) continue;
-      const Ray ray{sample.point_world_mm + kShadowStartMm * sample.normal_world, d};
-      const auto other = nearest(ray);
+      const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n) * diffuse;
+      PixelSample at{.point_world_mm = sample.point_world_mm, .normal_world = sample.normal_world};
+      const auto other =
+          look_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), at);
       if (!other) continue;
-      PixelSample lit{
-          .point_world_mm = ray.origin_mm + other->t_mm * d,
-          .normal_world = other->normal.dot(d) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal};
-      light(ray, *other, false, lit);
-      const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n);
-      if (lit.lit)
-        sample.indirect.push_back({share * diffuse * lit.weight, lit.projector_px, lit.defocus_px});
-      if (twin.render.bounces > 1) follow_back(*other, lit, share * diffuse, sample);
+      if (at.lit) sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
+      if (twin.render.bounces > 1) follow_back(*other, at, share, sample);
     }
+}
+
+// Returns what a place sees along a direction and makes `at` that place with its light.
+std::optional<SceneHit> Reference::Impl::look_from(const Eigen::Vector3d& direction, PixelSample& at) const {
+  if (direction.dot(at.normal_world) <= 0.0) return std::nullopt;
+  const Ray ray{at.point_world_mm + kShadowStartMm * at.normal_world, direction};
+  const auto other = scene.nearest(ray);
+  if (!other) return std::nullopt;
+  at = {.point_world_mm = ray.origin_mm + other->t_mm * direction,
+        .normal_world = other->normal.dot(direction) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal};
+  light(ray, *other, false, at);
+  return other;
 }
 
 // Light that came over more surfaces, by one path at random from a place of the one before: the mean over
@@ -327,19 +235,10 @@ void Reference::Impl::follow_back(SceneHit hit, PixelSample at, double share, Pi
   for (int k = 1; k < twin.render.bounces; ++k) {
     share *= twin.objects[hit.object].material.diffuse * hit.albedo;
     if (!(share > kNothingLeft * first)) return;
-    const Eigen::Vector3d N =
-        hit.shading.dot(at.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
-    const Eigen::Vector3d T = N.unitOrthogonal(), B = N.cross(T);
+    const Hemisphere hemisphere(hit.shading, at.normal_world);
     const double sine2 = uniform(random), angle = 2.0 * pi * uniform(random);
-    const Eigen::Vector3d d =
-        std::sqrt(sine2) * (std::cos(angle) * T + std::sin(angle) * B) + std::sqrt(1.0 - sine2) * N;
-    if (d.dot(at.normal_world) <= 0.0) return;
-    const Ray ray{at.point_world_mm + kShadowStartMm * at.normal_world, d};
-    const auto next = nearest(ray);
+    const auto next = look_from(hemisphere.direction(sine2, angle), at);
     if (!next) return;
-    at = {.point_world_mm = ray.origin_mm + next->t_mm * d,
-          .normal_world = next->normal.dot(d) > 0.0 ? Eigen::Vector3d(-next->normal) : next->normal};
-    light(ray, *next, false, at);
     if (at.lit) sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
     hit = *next;
   }
@@ -347,7 +246,7 @@ void Reference::Impl::follow_back(SceneHit hit, PixelSample at, double share, Pi
 
 PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {
   PixelSample sample;
-  const auto hit = nearest(ray);
+  const auto hit = scene.nearest(ray);
   if (!hit) return sample;
   sample.object = hit->object;
   sample.triangle = hit->triangle;

@@ -27,7 +27,7 @@ const float LEAST_COSINE = 0.1;  // light along the surface tells little of wher
 void main() {
   load_constants();
   uint slot = own_slot(), stride = push.n_blocks_band * BLOCK_PIXELS, shadow_rays = 0;
-  uint looking = min(push.n_pixels, 1u), n = max(push.n_centre, 2u), seed = 0u;
+  uint looking = min(push.n_pixels, 1u), n = max(push.n_directions, 2u), seed = 0u;
   uvec2 pixel = uvec2(slot, 0u);
   Hit hit = no_hit();
   real2 u;

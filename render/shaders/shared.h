@@ -218,10 +218,11 @@ struct Push {
   uint n_blocks_band;  // stride of the output channels in blocks
   uint first_sample;
   uint end_sample;
-  uint n_centre;  // 1: also trace the pixel-centre ray for the object image; gather: directions
+  uint n_centre;  // 1: also trace the pixel-centre ray for the object image
   uint sentinel;
   uint resume;    // add to the sums of an earlier dispatch
   uint n_pixels;  // of the list
+  uint n_directions;  // in which a place gathers
 };
 
 #ifdef __cplusplus
@@ -229,7 +230,7 @@ static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
 static_assert(offsetof(Params, pitch) == 33 * 16);
 static_assert(offsetof(Params, direct) == (33 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
 static_assert(sizeof(Params) == (33 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
-static_assert(sizeof(Push) == 32);
+static_assert(sizeof(Push) == 36);
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
 }  // namespace fringetwin::render::gpu

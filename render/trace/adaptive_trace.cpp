@@ -94,7 +94,7 @@ std::size_t AdaptiveTrace::most_slots() const {
 }
 
 bool AdaptiveTrace::far_from_edges(std::uint32_t code) const {
-  const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
+  const auto [x, y] = listed_pixel(code);
   const int width = job_.out->mean.width, height = job_.out->mean.height;
   const auto place = [&](int i, int j) { return seen_[static_cast<std::size_t>(j) * width + i].w; };
   for (int j = std::max(0, y - 2); j <= std::min(height - 1, y + 2); ++j)
@@ -106,7 +106,7 @@ bool AdaptiveTrace::far_from_edges(std::uint32_t code) const {
 // Returns true where the things that the centre rays saw change more along y than along x: scan lines should
 // run across the edge.
 bool AdaptiveTrace::changes_along_y(std::uint32_t code) const {
-  const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
+  const auto [x, y] = listed_pixel(code);
   const int width = job_.out->mean.width, height = job_.out->mean.height;
   const auto at = [&](int i, int j) {
     const auto k = static_cast<std::size_t>(std::clamp(j, 0, height - 1)) * static_cast<std::size_t>(width) +
@@ -235,8 +235,7 @@ void AdaptiveTrace::take_back_unformed(std::vector<std::uint32_t>* pieces) {
       continue;
     }
     const std::uint32_t place = large[i].place;
-    const std::uint32_t code =
-        list_code(static_cast<int>(place % width), static_cast<int>(place / width), false);
+    const std::uint32_t code = list_code(static_cast<int>(place % width), static_cast<int>(place / width));
     (states_[place] == PixelState::facets ? *pieces : smooth_).push_back(code);
     --n_lit_;  // counted again with its own sums
   }
@@ -273,7 +272,7 @@ void AdaptiveTrace::classify() {
           if (kind == PIXEL_DONE) {
             if (sums.values[slot] == 0.0F) continue;
             count_error(sums.at(channels, slot), weight_ * sums.at(channels + 1, slot));
-            if (!closed_form_) regular_.push_back(list_code(x0 + x, y0 + y, false));
+            if (!closed_form_) regular_.push_back(list_code(x0 + x, y0 + y));
           } else {
             const bool outline = kind == PIXEL_OUTLINE || kind == PIXEL_OUTLINE_Y;
             auto& list = kind == PIXEL_SMOOTH   ? smooth_

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/base/pixel_list.hpp"
 #include "render/trace/adaptive_error.hpp"
 #include "render/trace/sample_table.hpp"
 #include "render/trace/sum_targets.hpp"
@@ -24,11 +25,6 @@ namespace fringetwin::render {
 // closed form's), and none of them may have more than this many times the rms target.
 constexpr double kShareOfBudget = 0.5, kMostAllowance = 16.0;
 
-/// Returns the code of a pixel in a list: x, y and whether its edges run along x rather than y.
-inline std::uint32_t list_code(int x, int y, bool along_y) {
-  return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
-}
-constexpr int kListLimitPx = 1 << 15;
 /// The mark of a pixel that no edge is known to cross: its phase counts, unless scan lines find one.
 constexpr std::uint32_t kInsideSurface = 1U << 30;
 
@@ -144,7 +140,7 @@ class AdaptiveTrace {
   std::size_t most_slots() const;
 
   void write(std::uint32_t code, std::size_t slot, const Sums& sums) {
-    const int x = static_cast<int>(code & 0x7fffU), y = static_cast<int>((code >> 15) & 0x7fffU);
+    const auto [x, y] = listed_pixel(code);
     for (std::size_t c = 0; c < targets_.size(); ++c)
       if (targets_[c].image)
         (*targets_[c].image)(x, y) = sums.values[c * sums.stride + slot] * targets_[c].factor;

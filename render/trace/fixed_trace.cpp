@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <memory>
 
+#include "render/base/pixel_list.hpp"
 #include "render/trace/pixel_blocks.hpp"
+#include "render/trace/sample_portions.hpp"
 #include "render/trace/sum_targets.hpp"
-#include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
 namespace fringetwin::render {
@@ -14,34 +15,7 @@ namespace {
 
 constexpr std::uint32_t kMeshChunk = 64, kAnalyticChunk = 4096;  // samples per dispatch
 constexpr std::uint64_t kSamplesPerDispatch = 4U << 20;          // over all pixels: a fraction of a second
-constexpr std::size_t kLongestList = 65536;                      // texels that every device takes
 constexpr std::uint64_t kSamplesWorthAProgressBar = 400U << 20;
-
-// Traces all samples of one band of blocks, in chunks that stay below the device's loop limit.
-void run_band(TraceDevice& device, ComputePipeline& kernel, gpu::Push push, std::uint32_t n_samples,
-              std::uint32_t groups, std::uint32_t* chunk, Transport* out) {
-  const gpu::uint n_centre = push.n_centre;
-  const std::uint64_t rays_before = out->rays;
-  for (std::uint32_t first = 0; first < n_samples;) {
-    push.first_sample = first;
-    push.end_sample = std::min(n_samples, first + *chunk);
-    push.resume = first > 0;
-    push.n_centre = first == 0 ? n_centre : 0;
-    if (device.dispatch(kernel, push, groups, out)) {
-      first = push.end_sample;
-      continue;
-    }
-    // Some invocation was cut short, and its sums are wrong: begin again in smaller portions.
-    if (*chunk == 1)
-      throw UserError(ExitCode::device, device.vulkan().info().name,
-                      "a single ray exceeds the driver's limit of loop iterations",
-                      "use a newer driver (Mesa 25 has no such limit) or split the mesh");
-    *chunk = std::max(1U, std::min(*chunk, n_samples) / 2);
-    ++out->repeated_dispatches;
-    out->rays = rays_before;
-    first = 0;
-  }
-}
 
 // Writes the objects that the centre rays of a band of blocks saw into the object image.
 void scatter_objects(TraceDevice& device, const TraceJob& job, std::size_t first, std::size_t n) {
@@ -80,7 +54,7 @@ void run_pass(TraceDevice& device, const TraceJob& job, const PassPlan& pass, bo
     push.n_blocks_band = static_cast<gpu::uint>(n);
     push.n_centre = first_pass ? 1 : 0;
     push.sentinel = SENTINEL_LOOPS;
-    run_band(device, kernel, push, samples.n, static_cast<std::uint32_t>(n), chunk, job.out);
+    run_in_portions(device, kernel, push, samples.n, static_cast<std::uint32_t>(n), chunk, job.out);
     const auto targets = sum_targets(job.twin, pass, first_pass, job.out);
     scatter_sums(job, targets, first, n, device.read<float>(BIND_OUTPUT, targets.size() * n * BLOCK_PIXELS));
     if (first_pass) scatter_objects(device, job, first, n);
@@ -100,11 +74,12 @@ void run_own_harmonics(TraceDevice& device, const TraceJob& job, const SampleSet
     const auto [x0, y0] = corner_of(job.blocks[b]);
     find_unformed(*job.out, job.harmonics, {}, x0, y0, limits, &found[b]);
   }
-  const auto width = static_cast<std::uint32_t>(job.out->mean.width);
+  const int width = job.out->mean.width;
   std::vector<std::uint32_t> places, codes;
   for (const auto& f : found)
     for (const FormedError& e : f) places.push_back(e.place);
-  for (const std::uint32_t place : places) codes.push_back(place % width | place / width << 15);
+  for (const std::uint32_t place : places)
+    codes.push_back(list_code(static_cast<int>(place) % width, static_cast<int>(place) / width));
   for (const PassPlan& pass : job.harmonics.own) {
     device.upload_pass(job, pass, samples, {});
     const std::size_t band =
@@ -126,7 +101,7 @@ void run_own_harmonics(TraceDevice& device, const TraceJob& job, const SampleSet
       push.n_blocks_band = static_cast<gpu::uint>(groups);
       push.sentinel = SENTINEL_LOOPS;
       push.n_pixels = static_cast<gpu::uint>(n);
-      run_band(device, kernel, push, samples.n, static_cast<std::uint32_t>(groups), chunk, job.out);
+      run_in_portions(device, kernel, push, samples.n, static_cast<std::uint32_t>(groups), chunk, job.out);
       const float* sums = device.read<float>(BIND_OUTPUT, pass.channels() * stride);
       for (std::size_t i = 0; i < n; ++i)
         keep_harmonics(pass, places[first + i], job.out,

@@ -224,6 +224,49 @@ TEST(AllBounces, UnderFringesAgreeWithPathsAtRandom) {
   }
 }
 
+// Behind a ball, a wall gets most of what has come over two surfaces from the ball's back, whose light falls
+// off within millimetres of the gap: the hardest case for cells of light.
+TEST(AllBounces, OverTheBackOfABallReachTheWallBehindIt) {
+  REQUIRE_RENDERER();
+  Twin twin = rig_before(300.0);
+  twin = with_object(twin, "ball", SphereShape{.center_mm = {2.0, -1.0, 290.0}, .radius_mm = 19.0},
+                     {0.7, 0.0, 10.0});
+  twin = with_object(twin, "wall",
+                     PlaneShape{.point_mm = {0, 0, 314},
+                                .normal = Vector3d(0.05, -0.08, -1).normalized(),
+                                .size_mm = {},
+                                .u_axis = {1, 0, 0}},
+                     {0.5, 0.0, 10.0});
+  twin.fringes.directions[0] = {Axis::x, {640.0}, {0.0}, {}};
+  twin.render.bounce_samples = 4096;
+  const auto light = [&](int bounces) {
+    twin.render.bounces = bounces;
+    return std::pair{shared_renderer()->trace(twin, 0, {Sampler::gauss, 4}).mean,
+                     reference_block(render::Reference(twin), 0, {2, 2, 158, 118, 13},
+                                     {.gauss_n = 1, .bounce_n = bounces > 0 ? 160 : 1})};
+  };
+  const auto [found_direct, direct] = light(0);
+  const auto [found_one, one] = light(1);
+  const auto [found_all, all] = light(kAllBounces);
+  double found = 0.0, expected = 0.0, found_first = 0.0, expected_first = 0.0;
+  int n = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto& p = all[i];
+    if (!p.interior || render::Reference(twin).sample(0, Vector2d(p.x, p.y)).object != 1) continue;
+    ++n;
+    found += static_cast<double>(found_all(p.x, p.y) - found_one(p.x, p.y));
+    expected += p.pixel.mean - one[i].pixel.mean;
+    found_first += static_cast<double>(found_one(p.x, p.y) - found_direct(p.x, p.y));
+    expected_first += one[i].pixel.mean - direct[i].pixel.mean;
+  }
+  std::cout << "wall behind a ball: " << n << " pixels, over one surface " << found_first / expected_first
+            << " of the truth, over more " << found / expected << " (" << expected / expected_first
+            << " of the first)\n";
+  EXPECT_GT(n, 40);
+  EXPECT_NEAR(found_first / expected_first, 1.0, 0.003);
+  EXPECT_NEAR(found / expected, 1.0, 0.003);
+}
+
 /// A sphere of triangles, open for polar angles of the camera's side beyond 150 degrees.
 Mesh cavity(double radius_mm, const Vector3d& center_mm) {
   constexpr int kRings = 60, kClosed = 50, kSpokes = 120;
