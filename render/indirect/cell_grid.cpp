@@ -2,6 +2,8 @@
 #include "render/indirect/cell_grid.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <utility>
 
 #include "render/shaders/shared.h"
@@ -24,11 +26,18 @@ std::uint32_t side_of(const Eigen::Vector3f& normal) {
 
 }  // namespace
 
-std::uint32_t CellGrid::key(const Eigen::Vector3f& place_mm, const Eigen::Vector3f& normal) const {
-  const Eigen::Array3f at = ((place_mm - corner_mm) * per_mm).array().floor();
-  if (!(at >= 0.0F).all() || !(at < static_cast<float>(CELLS_PER_AXIS)).all()) return 0;
-  const Eigen::Array<std::uint32_t, 3, 1> u = at.cast<std::uint32_t>();
-  return 1U + (u[0] | u[1] << CELL_BITS | u[2] << (2 * CELL_BITS) | side_of(normal) << (3 * CELL_BITS));
+std::uint32_t CellGrid::key(const Eigen::Vector3f& place_mm, const Eigen::Vector3f& normal,
+                            int coarser) const {
+  constexpr auto kHalf = static_cast<float>(CELLS_PER_AXIS / 2);
+  const Eigen::Array3f r = (place_mm - middle_mm).array() * per_mm;
+  const float far = r.abs().maxCoeff() / kHalf;
+  if (!(far < static_cast<float>(1 << (CELL_LEVELS - CELL_COARSER)))) return 0;
+  const int level = std::bit_width(static_cast<std::uint32_t>(far)) + coarser;
+  const Eigen::Array<std::uint32_t, 3, 1> u =
+      ((r * std::ldexp(1.0F, -level)).floor() + kHalf).cast<std::uint32_t>();
+  const std::uint32_t place = u[0] | u[1] << CELL_BITS | u[2] << (2 * CELL_BITS);
+  return 1U + (place | side_of(normal) << (3 * CELL_BITS) |
+               static_cast<std::uint32_t>(level) << (3 * CELL_BITS + 3));
 }
 
 CellGrid grid_around(const std::vector<Eigen::Vector3f>& places_mm, int n) {
@@ -42,7 +51,7 @@ CellGrid grid_around(const std::vector<Eigen::Vector3f>& places_mm, int n) {
   const float side_mm = (most - least).maxCoeff() / static_cast<float>(n);
   if (!(side_mm > 0.0F)) return grid;
   grid.per_mm = 1.0F / side_mm;
-  grid.corner_mm = 0.5F * (least + most) - Eigen::Vector3f::Constant(0.5F * CELLS_PER_AXIS * side_mm);
+  grid.middle_mm = 0.5F * (least + most);
   return grid;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Divides the surfaces of a scene into cells: places that lie in one cube of a grid and whose normals face
-// the same of six sides. The shaders find a cell by the same keys and table (shaders/cells.glsl).
+// Divides the surfaces of a scene into cells: places that lie in one cube and whose normals face the same of
+// six sides. Cubes are as large as in a grid of CELLS_PER_AXIS around its middle; around that one they are
+// twice as large, and so on. The shaders find a cell by the same keys and table (shaders/cells.glsl).
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -9,16 +10,16 @@
 
 namespace fringetwin::render {
 
-/// A grid of CELLS_PER_AXIS cubes along each axis.
 struct CellGrid {
-  Eigen::Vector3f corner_mm = Eigen::Vector3f::Zero();  ///< camera frame
-  float per_mm = 0.0F;
-  /// Returns the key of the cell of a place with its unit normal; 0 beyond the grid.
-  std::uint32_t key(const Eigen::Vector3f& place_mm, const Eigen::Vector3f& normal) const;
+  Eigen::Vector3f middle_mm = Eigen::Vector3f::Zero();  ///< camera frame
+  float per_mm = 0.0F;                                  ///< cubes, in the middle
+  /// Returns the key of the cell of a place with its unit normal, `coarser` (0 or CELL_COARSER) levels above
+  /// its own; 0 beyond the grid, millions of cubes away.
+  std::uint32_t key(const Eigen::Vector3f& place_mm, const Eigen::Vector3f& normal, int coarser = 0) const;
 };
 
-/// Returns a grid whose cubes are the n-th part of the longest side of the box of these places, around its
-/// middle; per_mm is 0 where they are no more than one place.
+/// Returns a grid whose cubes are, in the middle of the box of these places, the n-th part of its longest
+/// side; per_mm is 0 where they are no more than one place.
 CellGrid grid_around(const std::vector<Eigen::Vector3f>& places_mm, int n);
 
 /// Numbers the keys of cells in the order of their first occurrence.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "twin/base/errors.hpp"
@@ -14,15 +15,13 @@ namespace {
 
 // The longest side of what the camera sees lit is divided into so many cells: light that has come over two
 // surfaces is smooth, and a point that gathers takes the mean over many cells (accuracy: docs/PHYSICS.md).
-constexpr int kCellsAcross = 48;
+constexpr int kCellsAcross = 96;
+// Cells of their own have places that were met so often; others are part of coarser ones, which may be met
+// later, too.
+constexpr std::uint32_t kLeastMet = 4;
+constexpr std::size_t kMostCells = 100000;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
-// A bound for memory and time; half of it for the cells that are met first.
-constexpr std::size_t kMostCells = 40000;
-constexpr int kLeastAcross = 6;
-// Where more of what is met than this lies beyond the grid, it has to reach further. Less is what endless
-// planes have far away, where little light is.
-constexpr double kMostBeyond = 0.05;
 // Of each place from which cells are looked for; and of a member of a cell, whose light is one of many.
 constexpr std::size_t kDirectionsOfLook = 64, kMostDirectionsOfMember = 4096;
 
@@ -47,8 +46,9 @@ LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan&
   std::vector<Eigen::Vector3f> all, lit;
   for (const SurfacePlace& place : seen) (place.number > 0.0F ? lit : all).push_back(place.p_mm);
   const std::vector<Eigen::Vector3f>& reached = lit.empty() ? all : lit;
-  if (grid_around(reached, kCellsAcross).per_mm == 0.0F) return;
-  find_cells(places_met_from(device, job, pass, seen), reached);
+  grid_ = grid_around(reached, kCellsAcross);
+  if (grid_.per_mm == 0.0F) return;
+  find_cells(places_met_from(device, job, pass, seen));
   Gatherer gatherer(device, job, pass, directions_of(job), true);
   find_transfer(gatherer, pass);
 }
@@ -70,25 +70,30 @@ std::vector<SurfacePlace> LightCells::places_met_from(TraceDevice& device, const
   return met;
 }
 
-// Chooses the grid and numbers the cells of these places. Surfaces may be much larger than what is lit: then
-// cells become coarser, until there are few enough and the grid reaches far enough.
-void LightCells::find_cells(const std::vector<SurfacePlace>& met, const std::vector<Eigen::Vector3f>& lit) {
-  for (int across = kCellsAcross; across >= kLeastAcross; across = across * 3 / 4) {
-    grid_ = grid_around(lit, across);
-    table_ = {};
-    members_.clear();
-    std::size_t beyond = 0;
-    for (const SurfacePlace& place : met) beyond += meet(place) < 0 ? 1 : 0;
-    if (table_.size() <= kMostCells / 2 &&
-        static_cast<double>(beyond) <= kMostBeyond * static_cast<double>(met.size()))
-      break;
+// Numbers the cells of places that light comes from: fine ones where it does often, coarse ones for all.
+void LightCells::find_cells(const std::vector<SurfacePlace>& met) {
+  std::unordered_map<std::uint32_t, std::uint32_t> times;
+  for (const SurfacePlace& place : met) ++times[grid_.key(place.p_mm, place.n_geometric)];
+  for (const SurfacePlace& place : met) {
+    const std::uint32_t key = grid_.key(place.p_mm, place.n_geometric);
+    if (key == 0) continue;
+    if (times[key] >= kLeastMet) add_member(key, place);
+    add_member(grid_.key(place.p_mm, place.n_geometric, CELL_COARSER), place);
   }
 }
 
-// Returns the number of the cell of a place, which may become one of those that stand for it; -1 beyond all.
+// Returns the number of the cell that stands for a place, which becomes one of its members where its members
+// are not chosen yet; -1 where there is none.
 std::int32_t LightCells::meet(const SurfacePlace& place) {
   const std::uint32_t key = grid_.key(place.p_mm, place.n_geometric);
-  if (key == 0 || (table_.size() >= kMostCells && table_.find(key) < 0)) return -1;
+  if (key == 0) return -1;
+  const std::int32_t fine = table_.find(key);
+  return fine >= 0 ? fine : add_member(grid_.key(place.p_mm, place.n_geometric, CELL_COARSER), place);
+}
+
+// Lets a place stand for the cell of a key, or not: members are places of it at random.
+std::int32_t LightCells::add_member(std::uint32_t key, const SurfacePlace& place) {
+  if (table_.size() >= kMostCells && table_.find(key) < 0) return -1;
   const std::int32_t cell = table_.find_or_add(key);
   if (static_cast<std::size_t>(cell) >= members_.size()) members_.emplace_back();
   if (static_cast<std::size_t>(cell) < settled_) return cell;

@@ -28,7 +28,7 @@ class LightCells {
   /// Returns the number of cells; none where no surface gets light from another.
   std::size_t size() const { return table_.size(); }
   /// Returns how the shaders find them.
-  CellLookup lookup() const { return {grid_.corner_mm, grid_.per_mm, table_.mask()}; }
+  CellLookup lookup() const { return {grid_.middle_mm, grid_.per_mm, table_.mask()}; }
 
  private:
   static constexpr std::size_t kMostMembers = 4;
@@ -41,8 +41,9 @@ class LightCells {
 
   static std::vector<SurfacePlace> places_met_from(TraceDevice& device, const TraceJob& job,
                                                    const PassPlan& pass, std::vector<SurfacePlace> points);
-  void find_cells(const std::vector<SurfacePlace>& met, const std::vector<Eigen::Vector3f>& lit);
+  void find_cells(const std::vector<SurfacePlace>& met);
   std::int32_t meet(const SurfacePlace& place);
+  std::int32_t add_member(std::uint32_t key, const SurfacePlace& place);
   void find_transfer(Gatherer& gatherer, const PassPlan& pass);
   std::vector<SurfacePlace> points_of(std::size_t first_cell, std::size_t end_cell) const;
   template <class Use>

@@ -2,29 +2,38 @@
 // Light that has come over a surface already (render/indirect/light_cells.hpp): the irradiance of small cells
 // of the surfaces, each a cube of space and one of six sides that its normals face.
 
-// The key of the cell of a place; 0 beyond the grid. indirect/cell_grid.cpp has the same.
-uint cell_key(vec3 p, vec3 n) {
-  ivec3 at = ivec3(floor((p - params.cell_grid.xyz) * params.cell_grid.w));
-  bool within = all(greaterThanEqual(at, ivec3(0))) && all(lessThan(at, ivec3(CELLS_PER_AXIS)));
+// The key of the cell of a place, so many levels above its own; 0 beyond the grid. indirect/cell_grid.cpp has
+// the same.
+uint cell_key(vec3 p, vec3 n, int coarser) {
+  vec3 r = (p - params.cell_grid.xyz) * params.cell_grid.w;
+  float far = max(max(abs(r.x), abs(r.y)), abs(r.z)) / float(CELLS_PER_AXIS / 2);
+  bool within = far < float(1 << (CELL_LEVELS - CELL_COARSER));
+  int level = findMSB(uint(within ? far : 0.0)) + 1 + coarser;
+  float per_cell = uintBitsToFloat(uint(127 - level) << 23);  // 2^-level, without rounding
+  vec3 at = floor(r * per_cell) + float(CELLS_PER_AXIS / 2);
   vec3 a = abs(n);
   bool x = a.x >= max(a.y, a.z), y = !x && a.y >= a.z;
   float facing = x ? n.x : y ? n.y : n.z;
   uint side = (x ? 0u : y ? 2u : 4u) + (facing > 0.0 ? 0u : 1u);
-  uvec3 u = uvec3(at);
-  return within ? 1u + (u.x | u.y << CELL_BITS | u.z << (2 * CELL_BITS) | side << (3 * CELL_BITS)) : 0u;
+  uvec3 u = uvec3(clamp(at, 0.0, float(CELLS_PER_AXIS - 1)));
+  uint place = u.x | u.y << CELL_BITS | u.z << (2 * CELL_BITS);
+  return within ? 1u + (place | side << (3 * CELL_BITS) | uint(level) << (3 * CELL_BITS + 3)) : 0u;
 }
 
-// The number of the cell of a place, -1 where none was found. The table has it within CELL_PROBES entries.
+// The number of the cell of a place, else of the coarser one around it, -1 where there is none. The table has
+// it within CELL_PROBES entries.
 int find_cell(vec3 p, vec3 n) {
-  uint key = cell_key(p, n), mask = uint(params.cell_table.x);
-  uint at = (key * CELL_HASH) >> CELL_HASH_SHIFT;
+  uint mask = uint(params.cell_table.x);
   int found = -1;
-  for (uint k = 0; k < CELL_PROBES; ++k) {
-    int entry = 2 * int((at + k) & mask);
-    if (texelFetch(cell_table, entry).x == key) found = int(texelFetch(cell_table, entry + 1).x);
-    if (found >= 0) break;
+  for (int coarser = 0; coarser <= CELL_COARSER && found < 0; coarser += CELL_COARSER) {
+    uint key = cell_key(p, n, coarser), at = (key * CELL_HASH) >> CELL_HASH_SHIFT;
+    for (uint k = 0; k < CELL_PROBES; ++k) {
+      int entry = 2 * int((at + k) & mask);
+      if (key != 0u && texelFetch(cell_table, entry).x == key) found = int(texelFetch(cell_table, entry + 1).x);
+      if (found >= 0) break;
+    }
   }
-  return key != 0u ? found : -1;
+  return found;
 }
 
 // Adds what a surface sends on of light that reached it over others. `share`: of it that counts, its

@@ -111,8 +111,10 @@ struct uvec4 {
 #define SAMPLER_MULTI_JITTERED_ANY 3
 
 // ---- cells of light that comes over several surfaces (render/indirect/)
-#define CELL_BITS 9  // of a cell's place along each axis; three more tell which side its normals face
+#define CELL_BITS 7  // of a cell's place along each axis; three more tell which side its normals face
 #define CELLS_PER_AXIS (1 << CELL_BITS)
+#define CELL_LEVELS 24   // how often the cells' sides double with the distance from the middle of the grid
+#define CELL_COARSER 2   // levels above: the cells of places that none of the fine ones holds
 #define CELL_HASH 2654435761u  // Knuth, The Art of Computer Programming 3, 6.4: 2^32 over the golden ratio
 #define CELL_HASH_SHIFT 8
 #define CELL_PROBES 16
@@ -174,7 +176,7 @@ struct uvec4 {
   X(lamp, lamp_way_mm(job).x(), lamp_way_mm(job).y(), lamp_way_mm(job).z(), twin.room.lamp_world.norm()) \
   X(lamp_rest, projector.ambient, 0.0, 0.0, 0.0) \
   /* the corner of the grid of cells in the camera's frame, cells per mm; entries of their table less one */ \
-  X(cell_grid, cell_corner_mm(job).x(), cell_corner_mm(job).y(), cell_corner_mm(job).z(), cells_per_mm(job)) \
+  X(cell_grid, cell_middle_mm(job).x(), cell_middle_mm(job).y(), cell_middle_mm(job).z(), cells_per_mm(job)) \
   X(cell_table, cell_table_mask(job), 0.0, 0.0, 0.0) \
   /* where in a pixel a look goes through it, px from its middle */ \
   X(look, look_px.x(), look_px.y(), 0.0, 0.0) \

@@ -105,8 +105,8 @@ Vector3d lamp_way_mm(const TraceJob& job) {
              : Vector3d::UnitZ();
 }
 
-Vector3d cell_corner_mm(const TraceJob& job) {
-  return job.cells ? Vector3d(job.cells->corner_mm.cast<double>()) : Vector3d::Zero();
+Vector3d cell_middle_mm(const TraceJob& job) {
+  return job.cells ? Vector3d(job.cells->middle_mm.cast<double>()) : Vector3d::Zero();
 }
 double cells_per_mm(const TraceJob& job) { return job.cells ? job.cells->per_mm : 0.0; }
 double cell_table_mask(const TraceJob& job) { return job.cells ? job.cells->table_mask : 0.0; }

@@ -20,7 +20,7 @@ struct ProjectorSetup;
 
 /// How the shaders find the cell of a place (shaders/cells.glsl).
 struct CellLookup {
-  Eigen::Vector3f corner_mm;  ///< of the grid, camera frame
+  Eigen::Vector3f middle_mm;  ///< of the grid, camera frame
   float per_mm;
   std::uint32_t table_mask;
 };
