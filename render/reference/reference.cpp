@@ -110,11 +110,12 @@ struct Reference::Impl {
                                 const Eigen::Vector2d& lens_uv) const;
   void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
   double lamp(const SceneHit& hit, const PixelSample& sample) const;
-  void gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const;
+  void gather(const SceneHit& hit, const ReferenceQuadrature& quadrature, PixelSample& sample) const;
   std::optional<SceneHit> look_from(const Eigen::Vector3d& direction, PixelSample& at) const;
-  void follow_back(SceneHit hit, PixelSample at, double share, PixelSample& sample) const;
+  void follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
+                   PixelSample& sample) const;
   void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
-  PixelSample trace(const Ray& ray, int bounce_n = 0) const;
+  PixelSample trace(const Ray& ray, const ReferenceQuadrature* indirect = nullptr) const;
   void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
 };
 
@@ -195,7 +196,9 @@ double Reference::Impl::lamp(const SceneHit& hit, const PixelSample& sample) con
 }
 
 // Light over one surface, by a product rule over the hemisphere.
-void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sample) const {
+void Reference::Impl::gather(const SceneHit& hit, const ReferenceQuadrature& quadrature,
+                             PixelSample& sample) const {
+  const int bounce_n = quadrature.bounce_n;
   const Hemisphere hemisphere(hit.shading, sample.normal_world);
   const double diffuse = twin.objects[hit.object].material.diffuse * hit.albedo;
   const GaussRule& rule = gauss_rule(bounce_n);
@@ -207,7 +210,7 @@ void Reference::Impl::gather(const SceneHit& hit, int bounce_n, PixelSample& sam
           look_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), at);
       if (!other) continue;
       if (at.lit) sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
-      if (twin.render.bounces > 1) follow_back(*other, at, share, sample);
+      if (twin.render.bounces > 1) follow_back(*other, at, share, quadrature.paths, sample);
     }
 }
 
@@ -223,28 +226,35 @@ std::optional<SceneHit> Reference::Impl::look_from(const Eigen::Vector3d& direct
   return other;
 }
 
-// Light that came over more surfaces, by one path at random from a place of the one before: the mean over
-// paths is that of all light. Nothing of the renderer's cells.
-void Reference::Impl::follow_back(SceneHit hit, PixelSample at, double share, PixelSample& sample) const {
+// Light that came over more surfaces, by paths at random from a place of the one before: the mean over paths
+// is that of all light. Nothing of the renderer's cells. The first directions lie in rings of equal share.
+void Reference::Impl::follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
+                                  PixelSample& sample) const {
   constexpr double kNothingLeft = 1e-6;
   std::array<std::uint64_t, 3> place{};
-  std::memcpy(place.data(), at.point_world_mm.data(), sizeof(place));
+  std::memcpy(place.data(), from.point_world_mm.data(), sizeof(place));
   std::mt19937_64 random(place[0] ^ (place[1] * 31) ^ (place[2] * 1009));
   std::uniform_real_distribution<double> uniform;
-  const double first = share;
-  for (int k = 1; k < twin.render.bounces; ++k) {
-    share *= twin.objects[hit.object].material.diffuse * hit.albedo;
-    if (!(share > kNothingLeft * first)) return;
-    const Hemisphere hemisphere(hit.shading, at.normal_world);
-    const double sine2 = uniform(random), angle = 2.0 * pi * uniform(random);
-    const auto next = look_from(hemisphere.direction(sine2, angle), at);
-    if (!next) return;
-    if (at.lit) sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
-    hit = *next;
+  for (int path = 0; path < paths; ++path) {
+    SceneHit last = hit;
+    PixelSample at{.point_world_mm = from.point_world_mm, .normal_world = from.normal_world};
+    double left = 1.0;
+    for (int k = 1; k < twin.render.bounces; ++k) {
+      left *= twin.objects[last.object].material.diffuse * last.albedo;
+      if (!(left > kNothingLeft)) break;
+      const Hemisphere hemisphere(last.shading, at.normal_world);
+      const double sine2 = k == 1 ? (path + uniform(random)) / paths : uniform(random),
+                   angle = 2.0 * pi * uniform(random);
+      const auto next = look_from(hemisphere.direction(sine2, angle), at);
+      if (!next) break;
+      if (at.lit)
+        sample.indirect.push_back({share / paths * left * at.weight, at.projector_px, at.defocus_px});
+      last = *next;
+    }
   }
 }
 
-PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {
+PixelSample Reference::Impl::trace(const Ray& ray, const ReferenceQuadrature* indirect) const {
   PixelSample sample;
   const auto hit = scene.nearest(ray);
   if (!hit) return sample;
@@ -255,7 +265,7 @@ PixelSample Reference::Impl::trace(const Ray& ray, int bounce_n) const {
   sample.normal_world = hit->normal.dot(ray.direction) > 0.0 ? Eigen::Vector3d(-hit->normal) : hit->normal;
   if (twin.projector) light(ray, *hit, true, sample);
   sample.lamp = lamp(*hit, sample);
-  if (twin.projector && bounce_n > 0) gather(*hit, bounce_n, sample);
+  if (twin.projector && indirect) gather(*hit, *indirect, sample);
   return sample;
 }
 
@@ -364,7 +374,7 @@ ReferencePixel Reference::without_texture(std::size_t camera, int x, int y,
       for (const auto& [uv, lens_weight] : lens) {
         const Eigen::Vector2d q(x + px * dx, y + px * dy);
         if (const auto ray = impl_->camera_ray(camera, q, uv))
-          impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? quadrature.bounce_n : 0),
+          impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? &quadrature : nullptr),
                      wx * wy * lens_weight * reference_vignetting(device, q), out);
       }
   out.irradiance = reference_exposed(device, y, out.irradiance);

@@ -39,6 +39,7 @@ struct ReferenceQuadrature {
   int lens_rings = 4;
   int lens_spokes = 12;
   int bounce_n = 16;  ///< with bounces: n x 2n directions over the hemisphere (Gauss in sin^2, equal angles)
+  int paths = 1;      ///< with more than one bounce: paths at random from what each direction meets
 };
 
 /// Per-pixel truth over a quadrature rule.
