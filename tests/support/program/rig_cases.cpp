@@ -27,7 +27,7 @@ const std::map<std::string, RigCase>& cases() {
       {"pose", {.twin = {.sphere_shift_mm = {0.03, 0.0, 0.04}}}},
       {"projector_k1", {.twin = {.projector_k1 = false}}},
       {"blur", {.rig = {.light = bent}, .twin = {.gamma = 1.2, .samples = 64}}},
-      {"second_bounce", {.rig = {.second_bounce = true}, .twin = {.samples = 36}}},
+      {"second_bounce", {.rig = {.second_bounce = true}}},
   };
   return all;
 }
