@@ -9,7 +9,7 @@
 namespace fringetwin::testing {
 namespace {
 
-constexpr int kStride = 8;
+constexpr int kStride = 4;
 
 class Indirect {
  public:
@@ -58,8 +58,9 @@ class Indirect {
   void compute(int x, int y) {
     const int centre = dark_.sample(camera_, Eigen::Vector2d(x, y)).object;
     const render::ReferenceQuadrature quadrature =
-        centre >= 0 && seen_alone(x, y, centre) ? render::ReferenceQuadrature{.gauss_n = 1, .bounce_n = 40}
-                                                : render::ReferenceQuadrature{.gauss_n = 4, .bounce_n = 16};
+        between_nodes(x, y) ? render::ReferenceQuadrature{.gauss_n = 1, .bounce_n = 96, .paths = 2}
+        : centre >= 0 && seen_alone(x, y, centre) ? render::ReferenceQuadrature{.gauss_n = 1, .bounce_n = 40}
+                                                  : render::ReferenceQuadrature{.gauss_n = 4, .bounce_n = 16};
     const auto all = lit_.pixel(camera_, x, y, quadrature), direct = dark_.pixel(camera_, x, y, quadrature);
     for (std::size_t k = 0; k < images_.size(); ++k)
       images_[k](x, y) = static_cast<float>(all.irradiance[k] - direct.irradiance[k]);
