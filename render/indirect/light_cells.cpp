@@ -22,8 +22,12 @@ constexpr std::uint32_t kLeastMet = 4;
 constexpr std::size_t kMostCells = 100000;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
-// Of each place from which cells are looked for; and of a member of a cell, whose light is one of many.
-constexpr std::size_t kDirectionsOfLook = 64, kMostDirectionsOfMember = 4096;
+constexpr std::size_t kMostDirectionsOfMember = 4096;  // its light is one of many
+
+// Returns the directions of each place from which cells are looked for.
+std::size_t directions_of_look(const TraceJob& job) {
+  return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2, 64, 512);
+}
 
 // Returns the directions of each member of a cell: all members together have as many as a place that is seen.
 std::size_t directions_of(const TraceJob& job) {
@@ -57,7 +61,7 @@ LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan&
 std::vector<SurfacePlace> LightCells::places_met_from(TraceDevice& device, const TraceJob& job,
                                                       const PassPlan& pass,
                                                       std::vector<SurfacePlace> points) {
-  Gatherer gatherer(device, job, pass, kDirectionsOfLook, true);
+  Gatherer gatherer(device, job, pass, directions_of_look(job), true);
   std::vector<SurfacePlace> met;
   for (std::size_t i = 0; i < points.size(); ++i) points[i].number = static_cast<float>(i);
   for (std::size_t first = 0; first < points.size(); first += gatherer.most_at_a_time()) {

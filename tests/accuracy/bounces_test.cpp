@@ -5,7 +5,7 @@
 // | 0.3 %, 1 %    | the indirect light| mean and rms over pixels, closed radiosity of a groove            |
 // | 0.5 %, 3 %    | the same          | a cavity: its facets (0.1 % of a radius), 1,024 directions        |
 // | 1e-3 rad rms  | phase             | a groove under fringes against paths at random, 16,384 directions |
-// | 1.5e-3        | the same          | more than one bounce: fringes finer than the cells near the apex  |
+// | 0.3 %, 0.5 %  | the indirect light| mean over a wall behind a ball, over more surfaces and over one    |
 // | 0.1 %         | full scale rms    | its gray values, the same                                        |
 // | 4.5e-3, 0.3 % | the same          | 256 directions: 8 times the noise, for 64^(3/4) = 23 at most      |
 #include <gtest/gtest.h>
@@ -205,11 +205,11 @@ TEST(AllBounces, UnderFringesAgreeWithPathsAtRandom) {
   for (const int bounces : {1, 2, kAllBounces}) {
     Twin twin = dark;
     twin.render.bounces = bounces;
-    const auto truth =
-        reference_block(render::Reference(twin), 0, {20, 20, 120, 80, 17}, {.gauss_n = 2, .bounce_n = 128});
+    const auto truth = reference_block(render::Reference(twin), 0, {20, 20, 120, 80, 17},
+                                       {.gauss_n = 2, .bounce_n = 128, .paths = 4});
     const Differences without = differences(twin, direct, truth);
     for (const auto& [directions, phase_rad, gray] :
-         {std::tuple{256, 4.5e-3, 3e-3}, std::tuple{16384, bounces == 1 ? 1e-3 : 1.5e-3, 1e-3}}) {
+         {std::tuple{256, 4.5e-3, 3e-3}, std::tuple{16384, 1e-3, 1e-3}}) {
       twin.render.bounce_samples = directions;
       const Differences d = differences(twin, shared_renderer()->trace(twin, 0, sampling), truth);
       std::cout << "groove, bounces " << bounces << ", " << directions << " directions: " << d.gray.n
@@ -243,7 +243,7 @@ TEST(AllBounces, OverTheBackOfABallReachTheWallBehindIt) {
     twin.render.bounces = bounces;
     return std::pair{shared_renderer()->trace(twin, 0, {Sampler::gauss, 4}).mean,
                      reference_block(render::Reference(twin), 0, {2, 2, 158, 118, 13},
-                                     {.gauss_n = 1, .bounce_n = bounces > 0 ? 160 : 1})};
+                                     {.gauss_n = 1, .bounce_n = bounces > 0 ? 128 : 1, .paths = 16})};
   };
   const auto [found_direct, direct] = light(0);
   const auto [found_one, one] = light(1);
@@ -263,7 +263,7 @@ TEST(AllBounces, OverTheBackOfABallReachTheWallBehindIt) {
             << " of the truth, over more " << found / expected << " (" << expected / expected_first
             << " of the first)\n";
   EXPECT_GT(n, 40);
-  EXPECT_NEAR(found_first / expected_first, 1.0, 0.003);
+  EXPECT_NEAR(found_first / expected_first, 1.0, 0.005);  // 1/24 of the other: few of the truth's directions
   EXPECT_NEAR(found / expected, 1.0, 0.003);
 }
 
