@@ -29,7 +29,8 @@ std::size_t directions_of_look(const TraceJob& job) {
   return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2, 64, 512);
 }
 
-// Returns the directions of each member of a cell: all members together have half as many as a place that is seen.
+// Returns the directions of each member of a cell: all members together have half as many as a place that is
+// seen.
 std::size_t directions_of(const TraceJob& job) {
   return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 16 * 2, 16,
                                  kMostDirectionsOfMember);

@@ -22,45 +22,13 @@ double root_mean_square(const std::vector<float>& values, std::size_t step) {
 
 }  // namespace
 
-bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits) {
-  if (a.n.dot(b.n) < limits.least_cosine) return false;
-  const Eigen::Vector3f way = b.p_mm - a.p_mm;
-  const float out = std::max(std::abs(way.dot(a.n)), std::abs(way.dot(b.n)));
-  return out <= limits.most_out_of_plane * way.norm();
-}
-
-SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px) {
-  SeenImage image{.width = width, .height = height};
-  image.at.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1);
-  for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
-    image.at[seen.pixels[i]] = static_cast<std::int32_t>(i);
-    image.own_normals.push_back(seen.places[i].n);
-  }
-  image.places = seen.places;
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
-    const SurfacePlace& own = seen.places[i];
-    const int x = static_cast<int>(seen.pixels[i]) % width, y = static_cast<int>(seen.pixels[i]) / width;
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (int v = std::max(0, y - around_px); v <= std::min(height - 1, y + around_px); ++v)
-      for (int u = std::max(0, x - around_px); u <= std::min(width - 1, x + around_px); ++u) {
-        const std::int32_t at = image.at[static_cast<std::size_t>(v * width + u)];
-        if (at < 0) continue;
-        const SurfacePlace& other = seen.places[static_cast<std::size_t>(at)];
-        if (on_one_surface(own, other, kRough)) sum += other.n;
-      }
-    image.places[i].n = sum.normalized();
-  }
-  return image;
-}
-
-std::size_t LightLattice::pixel_of(int x, int y) const {
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(seen_.width) + static_cast<std::size_t>(x);
-}
-
 LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
                            const Gather& gather, int first_step_px)
-    : seen_(seen), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
+    : seen_(seen),
+      roughness_(roughness_of(seen, 1)),
+      channels_(channels),
+      numbers_(numbers),
+      number_(seen.at.size(), -1) {
   std::vector<Square> squares = first_squares(first_step_px), smaller;
   while (!squares.empty()) {
     std::vector<std::uint32_t> wanted;
@@ -71,7 +39,8 @@ LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::siz
     }
     gather_new(wanted, gather);
     std::vector<Told> told;
-    for (const Square& s : squares) told.push_back(told_by(s, tolerance));
+    const auto roughness = roughness_of(seen, std::max(1, (squares.front().x1 - squares.front().x0) / 2));
+    for (const Square& s : squares) told.push_back(told_by(s, tolerance, roughness));
     const bool rough = does_not_help(squares, told);
     smaller.clear();
     for (std::size_t i = 0; i < squares.size(); ++i) {
@@ -93,14 +62,14 @@ std::vector<LightLattice::Square> LightLattice::first_squares(int step) const {
       const Square s{x, y, last(x, seen_.width), last(y, seen_.height)};
       bool any = false;
       for (int v = s.y0; v <= s.y1 && !any; ++v)
-        for (int u = s.x0; u <= s.x1 && !any; ++u) any = seen_.sees(pixel_of(u, v));
+        for (int u = s.x0; u <= s.x1 && !any; ++u) any = seen_.sees(seen_.pixel_of(u, v));
       if (any) squares.push_back(s);
     }
   return squares;
 }
 
 void LightLattice::want(int x, int y, std::vector<std::uint32_t>& pixels) const {
-  const std::size_t pixel = pixel_of(x, y);
+  const std::size_t pixel = seen_.pixel_of(x, y);
   if (seen_.sees(pixel) && number_[pixel] < 0) pixels.push_back(static_cast<std::uint32_t>(pixel));
 }
 
@@ -121,15 +90,17 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
 }
 
 // Squares without pixels between their corners tell enough: those have their own light.
-LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) const {
+LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
+                                         const std::map<int, Roughness>& roughness) const {
   if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return {.enough = true};
-  const std::array<std::size_t, 4> corners{pixel_of(s.x0, s.y0), pixel_of(s.x1, s.y0), pixel_of(s.x0, s.y1),
-                                           pixel_of(s.x1, s.y1)};
+  const std::array<std::size_t, 4> corners{seen_.pixel_of(s.x0, s.y0), seen_.pixel_of(s.x1, s.y0),
+                                           seen_.pixel_of(s.x0, s.y1), seen_.pixel_of(s.x1, s.y1)};
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
-  const std::size_t middle = pixel_of(x, y);
+  const std::size_t middle = seen_.pixel_of(x, y);
   if (!seen_.sees(middle)) return {};
+  const SurfaceLimits limits = limits_for(seen_.place(middle), kSmooth, roughness);
   for (const std::size_t corner : corners)
-    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), kSmooth)) return {};
+    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), limits)) return {};
   if (!sees_one_surface(s, seen_.place(middle))) return {};
   const auto part = [](int at, int from, int to) {
     return to > from ? static_cast<float>(at - from) / static_cast<float>(to - from) : 0.0F;
@@ -155,10 +126,11 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) const
 
 // Returns whether all pixels of a square see the surface of its middle: things may be smaller than squares.
 bool LightLattice::sees_one_surface(const Square& s, const SurfacePlace& middle) const {
+  const SurfaceLimits limits = limits_for(middle, kRough, roughness_);
   for (int y = s.y0; y <= s.y1; ++y)
     for (int x = s.x0; x <= s.x1; ++x) {
-      const std::size_t pixel = pixel_of(x, y);
-      if (!seen_.sees(pixel) || !on_one_surface(seen_.place(pixel), middle, kRough)) return false;
+      const std::size_t pixel = seen_.pixel_of(x, y);
+      if (!seen_.sees(pixel) || !on_one_surface(seen_.place(pixel), middle, limits)) return false;
     }
   return true;
 }
@@ -211,7 +183,7 @@ ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t 
   for (std::size_t i = 0; i < squares_.size(); ++i) {
     const Square& s = squares_[i];
     const auto at = [&](int x, int y) {
-      const std::int32_t gathered = number_[pixel_of(x, y)];
+      const std::int32_t gathered = number_[seen_.pixel_of(x, y)];
       return gathered < 0 ? 0.0F : values[static_cast<std::size_t>(gathered) * numbers + number];
     };
     const float a = at(s.x0, s.y0), b = at(s.x1, s.y0), c = at(s.x0, s.y1), d = at(s.x1, s.y1);

@@ -5,37 +5,14 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <vector>
 
-#include "render/indirect/gatherer.hpp"
+#include "render/indirect/seen_image.hpp"
+#include "render/indirect/surface_roughness.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::render {
-
-/// What the pixels of an image see, by pixel.
-struct SeenImage {
-  int width = 0, height = 0;
-  std::vector<std::int32_t> at = {};      ///< index in `places`, -1: nothing
-  std::vector<SurfacePlace> places = {};  ///< with the mean normal of the surface around
-  std::vector<Eigen::Vector3f> own_normals = {};
-  bool sees(std::size_t pixel) const { return at[pixel] >= 0; }
-  const SurfacePlace& place(std::size_t pixel) const { return places[static_cast<std::size_t>(at[pixel])]; }
-};
-
-/// By how much a surface may turn between two places, and how far one lies out of the other's plane, in
-/// parts of their distance.
-struct SurfaceLimits {
-  float least_cosine, most_out_of_plane;
-};
-inline constexpr SurfaceLimits kSmooth{0.94F, 0.3F};  ///< 20 degrees: light can be interpolated
-inline constexpr SurfaceLimits kRough{0.77F, 0.7F};   ///< 40 degrees: noise of a measured surface
-/// Returns whether two places lie on one surface.
-bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits);
-
-/// Returns what pixels see as an image. Normals of a surface that is rough within a few pixels, as measured
-/// ones are, become the mean around: of its light the pixels' own normals have a part of their own.
-/// `around_px`: how far.
-SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px);
 
 /// The light that some pixels gathered, per unit of their own reflectivity.
 struct LightOfPixels {
@@ -70,7 +47,6 @@ class LightLattice {
     int x0, y0, x1, y1;       ///< pixels of its corners
     float larger_off = 0.0F;  ///< by how much the square that it is a quarter of was off, 0: of none
   };
-  std::size_t pixel_of(int x, int y) const;
   std::vector<Square> first_squares(int step) const;
   void gather_new(const std::vector<std::uint32_t>& pixels, const Gather& gather);
   void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
@@ -80,12 +56,13 @@ class LightLattice {
     bool on_one_surface = false;
     float off = 0.0F;
   };
-  Told told_by(const Square& s, float tolerance) const;
+  Told told_by(const Square& s, float tolerance, const std::map<int, Roughness>& roughness) const;
   bool sees_one_surface(const Square& s, const SurfacePlace& middle) const;
   static bool does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told);
   static void quarter(const Square& s, float off, std::vector<Square>& out);
 
   const SeenImage& seen_;
+  std::map<int, Roughness> roughness_;  ///< from one pixel to the next
   std::size_t channels_, numbers_;
   std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
   std::vector<std::uint32_t> pixels_;
