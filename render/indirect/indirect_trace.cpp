@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <optional>
 
@@ -79,7 +78,7 @@ class IndirectLight {
     std::ranges::sort(pixels);
     seen_ = seen_image(width, height, look_at(device_, job_, pixels),
                        first_step_px() / (LightLattice::kFirstStepPx / 2));
-    roughness_ = roughness_of(seen_, 1);
+    roughness_ = SurfaceRoughness(seen_, 1);
     std::ranges::copy_if(pixels, std::back_inserter(edges_),
                          [this](std::uint32_t pixel) { return edge_crosses(pixel); });
   }
@@ -87,8 +86,7 @@ class IndirectLight {
   // Returns whether a pixel and one beside it do not see the same surface.
   bool edge_crosses(std::uint32_t pixel) const {
     const int x = static_cast<int>(pixel) % seen_.width, y = static_cast<int>(pixel) / seen_.width;
-    const SurfaceLimits limits =
-        seen_.sees(pixel) ? limits_for(seen_.place(pixel), kRough, roughness_) : kRough;
+    const SurfaceLimits limits = roughness_.widened(kRough, x, y);
     for (const auto& [dx, dy] : {std::array{-1, 0}, std::array{1, 0}, std::array{0, -1}, std::array{0, 1}}) {
       const int u = x + dx, v = y + dy;
       if (u < 0 || v < 0 || u >= seen_.width || v >= seen_.height) continue;
@@ -188,7 +186,7 @@ class IndirectLight {
     const int x = static_cast<int>(pixel) % seen_.width, y = static_cast<int>(pixel) / seen_.width;
     std::optional<std::uint32_t> best;
     float least = 0.0F;
-    const SurfaceLimits limits = limits_for(place, kRough, roughness_);
+    const SurfaceLimits limits = roughness_.widened(kRough, x, y);
     for (int v = std::max(0, y - 1); v <= std::min(seen_.height - 1, y + 1); ++v)
       for (int u = std::max(0, x - 1); u <= std::min(seen_.width - 1, x + 1); ++u) {
         const auto other = static_cast<std::uint32_t>(v * seen_.width + u);
@@ -256,8 +254,8 @@ class IndirectLight {
   TraceDevice& device_;
   TraceJob job_;
   SeenImage seen_;
-  std::map<int, Roughness> roughness_;  // from one pixel to the next
-  std::vector<std::uint32_t> edges_;    // pixels that an edge crosses
+  SurfaceRoughness roughness_;        // from one pixel to the next
+  std::vector<std::uint32_t> edges_;  // pixels that an edge crosses
   std::vector<bool> is_edge_;
   std::vector<Part> parts_;
   std::vector<float> shares_;  // per pixel: of the light around it, what it sends to the camera

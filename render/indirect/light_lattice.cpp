@@ -10,7 +10,8 @@
 namespace fringetwin::render {
 namespace {
 
-constexpr float kSigmas = 3.0F;  // by which noise alone sets a middle apart once in 400
+constexpr int kFinestRoughPx = 2;  // squares of a rough surface: what is smaller is its noise
+constexpr float kSigmas = 3.0F;    // by which noise alone sets a middle apart once in 400
 
 // Of the first of every `step` values.
 double root_mean_square(const std::vector<float>& values, std::size_t step) {
@@ -24,11 +25,7 @@ double root_mean_square(const std::vector<float>& values, std::size_t step) {
 
 LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
                            const Gather& gather, int first_step_px)
-    : seen_(seen),
-      roughness_(roughness_of(seen, 1)),
-      channels_(channels),
-      numbers_(numbers),
-      number_(seen.at.size(), -1) {
+    : seen_(seen), roughness_(seen, 1), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
   std::vector<Square> squares = first_squares(first_step_px), smaller;
   while (!squares.empty()) {
     std::vector<std::uint32_t> wanted;
@@ -39,8 +36,9 @@ LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::siz
     }
     gather_new(wanted, gather);
     std::vector<Told> told;
-    const auto roughness = roughness_of(seen, std::max(1, (squares.front().x1 - squares.front().x0) / 2));
+    const SurfaceRoughness roughness(seen, std::max(1, (squares.front().x1 - squares.front().x0) / 2));
     for (const Square& s : squares) told.push_back(told_by(s, tolerance, roughness));
+    take_as_rough(told);
     const bool rough = does_not_help(squares, told);
     smaller.clear();
     for (std::size_t i = 0; i < squares.size(); ++i) {
@@ -89,32 +87,47 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
   sigma_.insert(sigma_.end(), light.sigma.begin(), light.sigma.end());
 }
 
+// Returns what a square sees by its corners and its middle, and then by all its pixels.
+LightLattice::Sees LightLattice::seen_by(const Square& s, const SurfaceRoughness& roughness) const {
+  const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
+  if (!seen_.sees(seen_.pixel_of(x, y))) return Sees::edges;
+  const SurfacePlace& middle = seen_.place(seen_.pixel_of(x, y));
+  const SurfaceLimits limits = roughness.widened(kSmooth, x, y);
+  const bool rough = is_rough(limits, kSmooth);
+  int off_surface = 0;
+  bool step = false;
+  for (const std::size_t corner : corners_of(s)) {
+    if (!seen_.sees(corner)) return Sees::edges;
+    off_surface += on_one_surface(seen_.place(corner), middle, limits) ? 0 : 1;
+    step = step || !on_one_surface(seen_.place(corner), middle, kNoStep);
+  }
+  if (rough && !step && s.x1 - s.x0 <= kFinestRoughPx && s.y1 - s.y0 <= kFinestRoughPx) return Sees::noise;
+  if (off_surface > (rough ? 1 : 0) || !sees_one_surface(s, roughness)) return Sees::edges;
+  return rough ? Sees::rough_surface : Sees::smooth_surface;
+}
+
 // Squares without pixels between their corners tell enough: those have their own light.
 LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
-                                         const std::map<int, Roughness>& roughness) const {
+                                         const SurfaceRoughness& roughness) const {
   if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return {.enough = true};
-  const std::array<std::size_t, 4> corners{seen_.pixel_of(s.x0, s.y0), seen_.pixel_of(s.x1, s.y0),
-                                           seen_.pixel_of(s.x0, s.y1), seen_.pixel_of(s.x1, s.y1)};
+  const Sees sees = seen_by(s, roughness);
+  if (sees == Sees::edges || sees == Sees::noise) return {.enough = sees == Sees::noise};
+  const std::array<std::size_t, 4> corners = corners_of(s);
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
-  const std::size_t middle = seen_.pixel_of(x, y);
-  if (!seen_.sees(middle)) return {};
-  const SurfaceLimits limits = limits_for(seen_.place(middle), kSmooth, roughness);
-  for (const std::size_t corner : corners)
-    if (!seen_.sees(corner) || !on_one_surface(seen_.place(corner), seen_.place(middle), limits)) return {};
-  if (!sees_one_surface(s, seen_.place(middle))) return {};
   const auto part = [](int at, int from, int to) {
     return to > from ? static_cast<float>(at - from) / static_cast<float>(to - from) : 0.0F;
   };
   const float u = part(x, s.x0, s.x1), v = part(y, s.y0, s.y1);
   const std::array<float, 4> weights{(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
   const auto number = [this](std::size_t pixel) { return static_cast<std::size_t>(number_[pixel]); };
-  float variance = sigma_[number(middle)] * sigma_[number(middle)];
+  const std::size_t middle = number(seen_.pixel_of(x, y));
+  float variance = sigma_[middle] * sigma_[middle];
   for (std::size_t k = 0; k < 4; ++k) {
     const float sigma = weights[k] * sigma_[number(corners[k])];
     variance += sigma * sigma;
   }
-  const float* own = &values_[number(middle) * numbers_];
-  Told out{.on_one_surface = true};
+  const float* own = &values_[middle * numbers_];
+  Told out{.on_one_surface = true, .rough = sees == Sees::rough_surface, .light = own[0]};
   for (std::size_t c = 0; c < channels_; ++c) {
     float told = 0.0F;
     for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * numbers_ + c];
@@ -124,15 +137,41 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
   return out;
 }
 
+std::array<std::size_t, 4> LightLattice::corners_of(const Square& s) const {
+  return {seen_.pixel_of(s.x0, s.y0), seen_.pixel_of(s.x1, s.y0), seen_.pixel_of(s.x0, s.y1),
+          seen_.pixel_of(s.x1, s.y1)};
+}
+
 // Returns whether all pixels of a square see the surface of its middle: things may be smaller than squares.
-bool LightLattice::sees_one_surface(const Square& s, const SurfacePlace& middle) const {
-  const SurfaceLimits limits = limits_for(middle, kRough, roughness_);
+// Of a rough surface most do.
+bool LightLattice::sees_one_surface(const Square& s, const SurfaceRoughness& roughness) const {
+  constexpr double kMostOff = 0.15;  // of a rough surface's pixels
+  const int middle_x = (s.x0 + s.x1) / 2, middle_y = (s.y0 + s.y1) / 2;
+  const SurfacePlace& middle = seen_.place(seen_.pixel_of(middle_x, middle_y));
+  const SurfaceLimits limits =
+      roughness.widened(roughness_.widened(kRough, middle_x, middle_y), middle_x, middle_y);
+  int n = 0, off = 0;
   for (int y = s.y0; y <= s.y1; ++y)
-    for (int x = s.x0; x <= s.x1; ++x) {
+    for (int x = s.x0; x <= s.x1; ++x, ++n) {
       const std::size_t pixel = seen_.pixel_of(x, y);
-      if (!seen_.sees(pixel) || !on_one_surface(seen_.place(pixel), middle, limits)) return false;
+      if (!seen_.sees(pixel)) return false;
+      off += on_one_surface(seen_.place(pixel), middle, limits) ? 0 : 1;
     }
-  return true;
+  return off <= (is_rough(limits, kRough) ? static_cast<int>(kMostOff * n) : 0);
+}
+
+// Where a surface is rough, its light is from place to place; what most squares are off by tells enough
+// there.
+void LightLattice::take_as_rough(std::vector<Told>& told) {
+  constexpr std::size_t kLeastRough = 100;
+  constexpr float kTimes = 4.0F;  // the median, as for what is rough
+  std::vector<float> shares;
+  for (const Told& t : told)
+    if (t.rough && t.light > 0.0F) shares.push_back(t.off / t.light);
+  if (shares.size() < kLeastRough) return;
+  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+  std::ranges::nth_element(shares, middle);
+  for (Told& t : told) t.enough = t.enough || (t.rough && t.off <= kTimes * *middle * t.light);
 }
 
 // Returns whether squares are off by about as much as the larger ones that they are quarters of, in the

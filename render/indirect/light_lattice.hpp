@@ -3,9 +3,9 @@
 // smooth where one surface fills a square of pixels, but for corners that surfaces make. Squares that do not
 // tell the light of their middles are quartered, down to single pixels.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <vector>
 
 #include "render/indirect/seen_image.hpp"
@@ -50,19 +50,24 @@ class LightLattice {
   std::vector<Square> first_squares(int step) const;
   void gather_new(const std::vector<std::uint32_t>& pixels, const Gather& gather);
   void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
+  /// `noise`: of a rough surface, smaller than what light tells.
+  enum class Sees { smooth_surface, rough_surface, noise, edges };
+  Sees seen_by(const Square& s, const SurfaceRoughness& roughness) const;
+  std::array<std::size_t, 4> corners_of(const Square& s) const;
   /// How well the corners of a square tell the light of its middle.
   struct Told {
     bool enough = false;
-    bool on_one_surface = false;
-    float off = 0.0F;
+    bool on_one_surface = false, rough = false;
+    float off = 0.0F, light = 0.0F;
   };
-  Told told_by(const Square& s, float tolerance, const std::map<int, Roughness>& roughness) const;
-  bool sees_one_surface(const Square& s, const SurfacePlace& middle) const;
+  Told told_by(const Square& s, float tolerance, const SurfaceRoughness& roughness) const;
+  bool sees_one_surface(const Square& s, const SurfaceRoughness& roughness) const;
+  static void take_as_rough(std::vector<Told>& told);
   static bool does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told);
   static void quarter(const Square& s, float off, std::vector<Square>& out);
 
   const SeenImage& seen_;
-  std::map<int, Roughness> roughness_;  ///< from one pixel to the next
+  SurfaceRoughness roughness_;  ///< from one pixel to the next
   std::size_t channels_, numbers_;
   std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
   std::vector<std::uint32_t> pixels_;

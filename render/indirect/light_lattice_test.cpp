@@ -97,24 +97,24 @@ TEST(LightLattice, TakesRoughnessForNoise) {
   EXPECT_NEAR(sum / static_cast<double>(mean.size()), 1.0, 0.002);
 }
 
-// A measured surface: normals 17 degrees off, places by a third of a pixel, at random from pixel to pixel.
+// A measured surface: normals 15 degrees off, places by a sixth of a pixel, at random from pixel to pixel.
 TEST(LightLattice, InterpolatesOnARoughSurfaceButNotAcrossItsEdge) {
   const auto noise = [](int x, int y, float k) {
     return std::sin(12.9898F * k * static_cast<float>(x) + 78.233F * static_cast<float>(y * y + x));
   };
   Lattice l{plane(401, 301, kEverywhere,
-                  [&](int x, int y) { return (x < 203 ? 300.0F : 340.0F) + 0.15F * noise(x, y, 1.7F); }),
+                  [&](int x, int y) { return (x < 203 ? 300.0F : 340.0F) + 0.12F * noise(x, y, 1.7F); }),
             [](int x, int) { return x < 203 ? 1.0F : 9.0F; }};
   for (std::size_t i = 0; i < l.seen.places.size(); ++i) {
     const int x = static_cast<int>(i) % 401, y = static_cast<int>(i) / 401;
     l.seen.places[i].n =
-        Eigen::Vector3f(0.4F * noise(x, y, 1.1F), 0.4F * noise(x, y, 2.3F), -1.0F).normalized();
+        Eigen::Vector3f(0.25F * noise(x, y, 1.1F), 0.25F * noise(x, y, 2.3F), -1.0F).normalized();
   }
   const LightLattice lattice = l.make(0.004F);
   EXPECT_LT(l.asked, 401 * 301 / 7);
   const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
   for (int y = 0; y < 301; ++y)
-    for (int x = 0; x < 401; ++x) EXPECT_NEAR(mean(x, y), l.light(x, y), 1e-5) << x << ' ' << y;
+    for (int x = 0; x < 401; ++x) ASSERT_NEAR(mean(x, y), l.light(x, y), 1e-5) << x << ' ' << y;
 }
 
 TEST(LightLattice, InterpolatesNothingAcrossAnEdge) {

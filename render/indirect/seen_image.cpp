@@ -23,12 +23,12 @@ SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_p
     image.own_normals.push_back(seen.places[i].n);
   }
   image.places = seen.places;
-  const std::map<int, Roughness> roughness = roughness_of(image, 1);
+  const SurfaceRoughness roughness(image, 1);
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
     const SurfacePlace& own = seen.places[i];
     const int x = static_cast<int>(seen.pixels[i]) % width, y = static_cast<int>(seen.pixels[i]) / width;
-    const SurfaceLimits limits = limits_for(own, kRough, roughness);
+    const SurfaceLimits limits = roughness.widened(kRough, x, y);
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     for (int v = std::max(0, y - around_px); v <= std::min(height - 1, y + around_px); ++v)
       for (int u = std::max(0, x - around_px); u <= std::min(width - 1, x + around_px); ++u) {

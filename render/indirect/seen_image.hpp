@@ -29,6 +29,7 @@ struct SurfaceLimits {
 };
 inline constexpr SurfaceLimits kSmooth{0.94F, 0.3F};  ///< 20 degrees: light can be interpolated
 inline constexpr SurfaceLimits kRough{0.77F, 0.7F};   ///< 40 degrees: noise of a measured surface
+inline constexpr SurfaceLimits kNoStep{-1.0F, 0.9F};  ///< 64 degrees: beyond, one lies behind the other
 /// Returns whether two places lie on one surface.
 bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits);
 

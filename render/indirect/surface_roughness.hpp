@@ -2,24 +2,39 @@
 // Tells how rough the surfaces are that an image sees, as measured ones are: by how much the normal and the
 // place of a pixel differ from the mean of two pixels on both sides of it. Curvature cancels there.
 #pragma once
-#include <map>
+#include <vector>
 
 #include "render/indirect/seen_image.hpp"
 
 namespace fringetwin::render {
 
-/// Medians over a surface.
-struct Roughness {
-  float angle_rad = 0.0F;
-  float out_of_plane = 0.0F;  ///< in parts of the distance
+class SurfaceRoughness {
+ public:
+  /// Nothing is rough.
+  SurfaceRoughness() = default;
+  /// `step_px`: how far away the two pixels are.
+  SurfaceRoughness(const SeenImage& seen, int step_px);
+
+  /// Returns the limits of one surface around a pixel: no narrower than `limits`, and wide enough for most of
+  /// what the surface around does.
+  SurfaceLimits widened(const SurfaceLimits& limits, int x, int y) const;
+
+ private:
+  /// Medians over a tile.
+  struct Tile {
+    float angle_rad = 0.0F;
+    float out_of_plane = 0.0F;  ///< in parts of the distance
+  };
+  static Tile look_at_tile(const SeenImage& seen, int step_px, int x0, int y0);
+
+  int tiles_across_ = 0;
+  std::vector<Tile> tiles_;
 };
 
-/// Returns the roughness of each primitive that enough pixels see; the two pixels are `step_px` away.
-std::map<int, Roughness> roughness_of(const SeenImage& seen, int step_px);
-
-/// Returns the limits of one surface for a place: no narrower than `limits`, and wide enough for most of what
-/// its own surface does.
-SurfaceLimits limits_for(const SurfacePlace& place, const SurfaceLimits& limits,
-                         const std::map<int, Roughness>& roughness);
+/// Returns whether limits have been made wider than those of smooth surfaces.
+inline bool is_rough(const SurfaceLimits& limits, const SurfaceLimits& of_smooth) {
+  return limits.least_cosine < of_smooth.least_cosine ||
+         limits.most_out_of_plane > of_smooth.most_out_of_plane;
+}
 
 }  // namespace fringetwin::render
