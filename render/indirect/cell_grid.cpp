@@ -30,7 +30,7 @@ std::uint32_t CellGrid::key(const Eigen::Vector3f& place_mm, const Eigen::Vector
                             int coarser) const {
   constexpr auto kHalf = static_cast<float>(CELLS_PER_AXIS / 2);
   const Eigen::Array3f r = (place_mm - middle_mm).array() * per_mm;
-  const float far = r.abs().maxCoeff() / kHalf;
+  const float far = r.abs().maxCoeff<Eigen::PropagateNaN>() * (1.0F / kHalf);
   if (!(far < static_cast<float>(1 << (CELL_LEVELS - CELL_COARSER)))) return 0;
   const int level = std::bit_width(static_cast<std::uint32_t>(far)) + coarser;
   const Eigen::Array<std::uint32_t, 3, 1> u =

@@ -14,7 +14,7 @@ struct CellGrid {
   Eigen::Vector3f middle_mm = Eigen::Vector3f::Zero();  ///< camera frame
   float per_mm = 0.0F;                                  ///< cubes, in the middle
   /// Returns the key of the cell of a place with its unit normal, `coarser` (0 or CELL_COARSER) levels above
-  /// its own; 0 beyond the grid, millions of cubes away.
+  /// its own; 0 beyond the grid, hundreds of millions of cubes away.
   std::uint32_t key(const Eigen::Vector3f& place_mm, const Eigen::Vector3f& normal, int coarser = 0) const;
 };
 

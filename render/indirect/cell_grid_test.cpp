@@ -50,7 +50,8 @@ TEST(CellGrid, HasLargerCubesFartherAway) {
     }
   EXPECT_NE(grid.key(middle + Vector3f(1e8F, 0, 0), n), 0U);
   EXPECT_EQ(grid.key(middle + Vector3f(1e12F, 0, 0), n), 0U);
-  EXPECT_EQ(grid.key(middle + Vector3f(std::numeric_limits<float>::quiet_NaN(), 0, 0), n), 0U);
+  for (int axis = 0; axis < 3; ++axis)
+    EXPECT_EQ(grid.key(middle + std::numeric_limits<float>::quiet_NaN() * Vector3f::Unit(axis), n), 0U);
   EXPECT_EQ(grid_around({}, 48).per_mm, 0.0F);
   EXPECT_EQ(grid_around({{1, 2, 3}, {1, 2, 3}}, 48).per_mm, 0.0F);
 }

@@ -22,18 +22,19 @@ constexpr std::uint32_t kLeastMet = 4;
 constexpr std::size_t kMostCells = 100000;
 // Cells that are met by light over so many others only send nothing on.
 constexpr int kMostRounds = 6;
-constexpr std::size_t kMostDirectionsOfMember = 4096;  // its light is one of many
+constexpr std::size_t kMostRays = 256U << 20;  // of all members: bounds the time, and the memory of shares
 
 // Returns the directions of each place from which cells are looked for.
 std::size_t directions_of_look(const TraceJob& job) {
-  return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2, 64, 512);
+  return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 8 * 2, 64, 256);
 }
 
-// Returns the directions of each member of a cell: all members together have half as many as a place that is
-// seen.
-std::size_t directions_of(const TraceJob& job) {
+// Returns the directions of each member of so many cells: all members of one have half as many as a place
+// that is seen.
+std::size_t directions_of(const TraceJob& job, std::size_t cells) {
+  const std::size_t most = kMostRays / (LightCells::kMostMembers * std::max<std::size_t>(cells, 1)) / 2 * 2;
   return std::clamp<std::size_t>(static_cast<std::size_t>(job.twin.render.bounce_samples) / 16 * 2, 16,
-                                 kMostDirectionsOfMember);
+                                 std::max<std::size_t>(most, 16));
 }
 
 // The mixing function of splitmix64.
@@ -54,7 +55,7 @@ LightCells::LightCells(TraceDevice& device, const TraceJob& job, const PassPlan&
   grid_ = grid_around(reached, kCellsAcross);
   if (grid_.per_mm == 0.0F) return;
   find_cells(places_met_from(device, job, pass, seen));
-  Gatherer gatherer(device, job, pass, directions_of(job), true);
+  Gatherer gatherer(device, job, pass, directions_of(job, size()), true);
   find_transfer(gatherer, pass);
 }
 
@@ -75,15 +76,18 @@ std::vector<SurfacePlace> LightCells::places_met_from(TraceDevice& device, const
   return met;
 }
 
-// Numbers the cells of places that light comes from: fine ones where it does often, coarse ones for all.
+// Numbers the cells of places that light comes from: coarse ones for all, fine ones where it does often. Half
+// of the room is kept for coarse ones that are met later.
 void LightCells::find_cells(const std::vector<SurfacePlace>& met) {
   std::unordered_map<std::uint32_t, std::uint32_t> times;
-  for (const SurfacePlace& place : met) ++times[grid_.key(place.p_mm, place.n_geometric)];
+  for (const SurfacePlace& place : met) {
+    ++times[grid_.key(place.p_mm, place.n_geometric)];
+    add_member(grid_.key(place.p_mm, place.n_geometric, CELL_COARSER), place);
+  }
   for (const SurfacePlace& place : met) {
     const std::uint32_t key = grid_.key(place.p_mm, place.n_geometric);
-    if (key == 0) continue;
-    if (times[key] >= kLeastMet) add_member(key, place);
-    add_member(grid_.key(place.p_mm, place.n_geometric, CELL_COARSER), place);
+    if (times[key] >= kLeastMet && (table_.size() < kMostCells / 2 || table_.find(key) >= 0))
+      add_member(key, place);
   }
 }
 
@@ -98,7 +102,7 @@ std::int32_t LightCells::meet(const SurfacePlace& place) {
 
 // Lets a place stand for the cell of a key, or not: members are places of it at random.
 std::int32_t LightCells::add_member(std::uint32_t key, const SurfacePlace& place) {
-  if (table_.size() >= kMostCells && table_.find(key) < 0) return -1;
+  if (key == 0 || (table_.size() >= kMostCells && table_.find(key) < 0)) return -1;
   const std::int32_t cell = table_.find_or_add(key);
   if (static_cast<std::size_t>(cell) >= members_.size()) members_.emplace_back();
   if (static_cast<std::size_t>(cell) < settled_) return cell;
@@ -180,7 +184,7 @@ void LightCells::upload(TraceDevice& device, const TraceJob& job, const PassPlan
   if (!first_pass) {
     TraceJob over_one_surface = job;
     over_one_surface.cells.reset();
-    Gatherer gatherer(device, over_one_surface, pass, directions_of(job), false);
+    Gatherer gatherer(device, over_one_surface, pass, directions_of(job, size()), false);
     light.assign(size() * light_channels(pass), 0.0F);
     gather_cells(gatherer, 0, n_gathered_,
                  [&](std::size_t cell, const Gathered& from, std::size_t point, bool) {

@@ -16,6 +16,7 @@ namespace fringetwin::render {
 
 class LightCells {
  public:
+  static constexpr std::size_t kMostMembers = 4;  ///< of a cell
   /// Finds the cells; the scene must have been uploaded. `pass`: the first of the trace. `seen`: places that
   /// the camera sees, a few thousand all over its image.
   LightCells(TraceDevice& device, const TraceJob& job, const PassPlan& pass,
@@ -31,7 +32,6 @@ class LightCells {
   CellLookup lookup() const { return {grid_.middle_mm, grid_.per_mm, table_.mask()}; }
 
  private:
-  static constexpr std::size_t kMostMembers = 4;
   /// Places of a cell that stand for it, chosen at random from those that were met.
   struct Members {
     std::array<SurfacePlace, kMostMembers> places;

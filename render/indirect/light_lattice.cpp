@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "twin/base/errors.hpp"
 
@@ -11,6 +12,7 @@ namespace fringetwin::render {
 namespace {
 
 constexpr int kFinestRoughPx = 2;  // squares of a rough surface: what is smaller is its noise
+constexpr std::size_t kOneOf = 8;  // rough squares is quartered to see whether that helps
 constexpr float kSigmas = 3.0F;    // by which noise alone sets a middle apart once in 400
 
 // Of the first of every `step` values.
@@ -25,29 +27,46 @@ double root_mean_square(const std::vector<float>& values, std::size_t step) {
 
 LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
                            const Gather& gather, int first_step_px)
-    : seen_(seen), roughness_(seen, 1), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
-  std::vector<Square> squares = first_squares(first_step_px), smaller;
+    : seen_(seen), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
+  std::vector<Square> squares = first_squares(first_step_px), smaller, waiting;
   while (!squares.empty()) {
-    std::vector<std::uint32_t> wanted;
-    for (const Square& s : squares) {
-      for (const int y : {s.y0, s.y1})
-        for (const int x : {s.x0, s.x1}) want(x, y, wanted);
-      want((s.x0 + s.x1) / 2, (s.y0 + s.y1) / 2, wanted);
-    }
-    gather_new(wanted, gather);
+    gather_corners_and_middles(squares, gather);
     std::vector<Told> told;
-    const SurfaceRoughness roughness(seen, std::max(1, (squares.front().x1 - squares.front().x0) / 2));
-    for (const Square& s : squares) told.push_back(told_by(s, tolerance, roughness));
-    take_as_rough(told);
-    const bool rough = does_not_help(squares, told);
+    for (const Square& s : squares) told.push_back(told_by(s, tolerance));
+    const auto helps = quartering_helps(squares, told);
     smaller.clear();
     for (std::size_t i = 0; i < squares.size(); ++i) {
-      if (told[i].enough || (rough && told[i].on_one_surface))
-        squares_.push_back(squares[i]);
+      const bool first = squares[i].larger_off == 0.0F;
+      if (told[i].enough || (helps == false && told[i].on_one_surface))
+        take(squares[i], told[i]);
+      else if (told[i].rough && first && i % kOneOf != 0)
+        waiting.push_back({squares[i].x0, squares[i].y0, squares[i].x1, squares[i].y1, told[i].off});
       else
         quarter(squares[i], told[i].off, smaller);
     }
+    if (helps || smaller.empty()) release(std::exchange(waiting, {}), helps.value_or(true), smaller);
     squares.swap(smaller);
+  }
+}
+
+// Takes a square between whose corners light is interpolated.
+void LightLattice::take(const Square& s, const Told& told) {
+  squares_.push_back(s);
+  off_sq_ += told.rough ? std::pow(static_cast<double>(told.off), 2) : 0.0;
+}
+
+// Takes rough squares that waited for what quarters of others say: those that are off by no more than most,
+// or none.
+void LightLattice::release(const std::vector<Square>& waiting, bool helps, std::vector<Square>& smaller) {
+  constexpr float kTimesUsual = 4.0F;  // the median, as for what is rough
+  std::vector<float> offs;
+  for (const Square& s : waiting) offs.push_back(s.larger_off);
+  const float most = helps || offs.empty() ? 0.0F : kTimesUsual * median(offs);
+  for (const Square& s : waiting) {
+    if (s.larger_off <= most)
+      take(s, {.rough = true, .off = s.larger_off});
+    else
+      quarter(s, s.larger_off, smaller);
   }
 }
 
@@ -64,6 +83,16 @@ std::vector<LightLattice::Square> LightLattice::first_squares(int step) const {
       if (any) squares.push_back(s);
     }
   return squares;
+}
+
+void LightLattice::gather_corners_and_middles(const std::vector<Square>& squares, const Gather& gather) {
+  std::vector<std::uint32_t> wanted;
+  for (const Square& s : squares) {
+    for (const int y : {s.y0, s.y1})
+      for (const int x : {s.x0, s.x1}) want(x, y, wanted);
+    want((s.x0 + s.x1) / 2, (s.y0 + s.y1) / 2, wanted);
+  }
+  gather_new(wanted, gather);
 }
 
 void LightLattice::want(int x, int y, std::vector<std::uint32_t>& pixels) const {
@@ -88,12 +117,15 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
 }
 
 // Returns what a square sees by its corners and its middle, and then by all its pixels.
-LightLattice::Sees LightLattice::seen_by(const Square& s, const SurfaceRoughness& roughness) const {
+LightLattice::Sees LightLattice::seen_by(const Square& s) {
+  const SurfaceRoughness& roughness = roughness_at(std::max(1, std::max(s.x1 - s.x0, s.y1 - s.y0) / 2));
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
   if (!seen_.sees(seen_.pixel_of(x, y))) return Sees::edges;
   const SurfacePlace& middle = seen_.place(seen_.pixel_of(x, y));
-  const SurfaceLimits limits = roughness.widened(kSmooth, x, y);
-  const bool rough = is_rough(limits, kSmooth);
+  // a structure is rough at its own scale, a measured surface from pixel to pixel
+  const SurfaceLimits near = roughness_at(1).widened(kSmooth, x, y);
+  const bool rough = is_rough(near, kSmooth);
+  const SurfaceLimits limits = rough ? roughness.widened(near, x, y) : kSmooth;
   int off_surface = 0;
   bool step = false;
   for (const std::size_t corner : corners_of(s)) {
@@ -102,15 +134,16 @@ LightLattice::Sees LightLattice::seen_by(const Square& s, const SurfaceRoughness
     step = step || !on_one_surface(seen_.place(corner), middle, kNoStep);
   }
   if (rough && !step && s.x1 - s.x0 <= kFinestRoughPx && s.y1 - s.y0 <= kFinestRoughPx) return Sees::noise;
-  if (off_surface > (rough ? 1 : 0) || !sees_one_surface(s, roughness)) return Sees::edges;
+  if (off_surface > (rough ? 1 : 0) ||
+      !sees_one_surface(s, rough ? roughness.widened(roughness_at(1).widened(kRough, x, y), x, y) : kRough))
+    return Sees::edges;
   return rough ? Sees::rough_surface : Sees::smooth_surface;
 }
 
 // Squares without pixels between their corners tell enough: those have their own light.
-LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
-                                         const SurfaceRoughness& roughness) const {
+LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) {
   if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return {.enough = true};
-  const Sees sees = seen_by(s, roughness);
+  const Sees sees = seen_by(s);
   if (sees == Sees::edges || sees == Sees::noise) return {.enough = sees == Sees::noise};
   const std::array<std::size_t, 4> corners = corners_of(s);
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
@@ -127,7 +160,7 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
     variance += sigma * sigma;
   }
   const float* own = &values_[middle * numbers_];
-  Told out{.on_one_surface = true, .rough = sees == Sees::rough_surface, .light = own[0]};
+  Told out{.on_one_surface = true, .rough = sees == Sees::rough_surface};
   for (std::size_t c = 0; c < channels_; ++c) {
     float told = 0.0F;
     for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * numbers_ + c];
@@ -144,50 +177,40 @@ std::array<std::size_t, 4> LightLattice::corners_of(const Square& s) const {
 
 // Returns whether all pixels of a square see the surface of its middle: things may be smaller than squares.
 // Of a rough surface most do.
-bool LightLattice::sees_one_surface(const Square& s, const SurfaceRoughness& roughness) const {
-  constexpr double kMostOff = 0.15;  // of a rough surface's pixels
-  const int middle_x = (s.x0 + s.x1) / 2, middle_y = (s.y0 + s.y1) / 2;
-  const SurfacePlace& middle = seen_.place(seen_.pixel_of(middle_x, middle_y));
-  const SurfaceLimits limits =
-      roughness.widened(roughness_.widened(kRough, middle_x, middle_y), middle_x, middle_y);
-  int n = 0, off = 0;
+bool LightLattice::sees_one_surface(const Square& s, const SurfaceLimits& limits) const {
+  constexpr float kMostOff = 0.15F;  // of a rough surface's pixels
+  const SurfacePlace& middle = seen_.place(seen_.pixel_of((s.x0 + s.x1) / 2, (s.y0 + s.y1) / 2));
+  const auto pixels = static_cast<float>((s.x1 - s.x0 + 1) * (s.y1 - s.y0 + 1));
+  int left = is_rough(limits, kRough) ? static_cast<int>(kMostOff * pixels) : 0;
   for (int y = s.y0; y <= s.y1; ++y)
-    for (int x = s.x0; x <= s.x1; ++x, ++n) {
+    for (int x = s.x0; x <= s.x1; ++x) {
       const std::size_t pixel = seen_.pixel_of(x, y);
       if (!seen_.sees(pixel)) return false;
-      off += on_one_surface(seen_.place(pixel), middle, limits) ? 0 : 1;
+      if (!on_one_surface(seen_.place(pixel), middle, limits) && --left < 0) return false;
     }
-  return off <= (is_rough(limits, kRough) ? static_cast<int>(kMostOff * n) : 0);
+  return true;
 }
 
-// Where a surface is rough, its light is from place to place; what most squares are off by tells enough
-// there.
-void LightLattice::take_as_rough(std::vector<Told>& told) {
-  constexpr std::size_t kLeastRough = 100;
-  constexpr float kTimes = 4.0F;  // the median, as for what is rough
-  std::vector<float> shares;
-  for (const Told& t : told)
-    if (t.rough && t.light > 0.0F) shares.push_back(t.off / t.light);
-  if (shares.size() < kLeastRough) return;
-  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-  std::ranges::nth_element(shares, middle);
-  for (Told& t : told) t.enough = t.enough || (t.rough && t.off <= kTimes * *middle * t.light);
+const SurfaceRoughness& LightLattice::roughness_at(int step_px) {
+  const auto known = roughness_.find(step_px);
+  return known != roughness_.end()
+             ? known->second
+             : roughness_.emplace(step_px, SurfaceRoughness(seen_, step_px)).first->second;
 }
 
-// Returns whether squares are off by about as much as the larger ones that they are quarters of, in the
-// median: then light does not bend there, the surface is rough from place to place, as measured ones are.
-// Where light bends, a quarter is off by a fourth.
-bool LightLattice::does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told) {
-  constexpr std::size_t kEnough = 100;
+// Returns whether squares are off by less than the larger ones that they are quarters of, in the median; none
+// where too few tell. Where light bends, a quarter is off by a fourth. Where it does not help, the surface is
+// rough from place to place, as measured ones are.
+std::optional<bool> LightLattice::quartering_helps(const std::vector<Square>& squares,
+                                                   const std::vector<Told>& told) {
+  constexpr std::size_t kFewest = 100;
   constexpr float kHelps = 0.5F;
   std::vector<float> shares;
   for (std::size_t i = 0; i < squares.size(); ++i)
     if (told[i].on_one_surface && squares[i].larger_off > 0.0F)
       shares.push_back(told[i].off / squares[i].larger_off);
-  if (shares.size() < kEnough) return false;
-  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-  std::ranges::nth_element(shares, middle);
-  return *middle > kHelps;
+  if (shares.size() < kFewest) return std::nullopt;
+  return median(shares) <= kHelps;
 }
 
 void LightLattice::quarter(const Square& s, float off, std::vector<Square>& out) {
@@ -211,7 +234,10 @@ void LightLattice::quarter(const Square& s, float off, std::vector<Square>& out)
   add(x, y, s.x1, s.y1);
 }
 
-double LightLattice::noise() const { return root_mean_square(sigma_, 1); }
+double LightLattice::noise() const {
+  const double rough = squares_.empty() ? 0.0 : off_sq_ / static_cast<double>(squares_.size());
+  return std::hypot(root_mean_square(sigma_, 1), std::sqrt(rough));
+}
 double LightLattice::light() const { return root_mean_square(values_, numbers_); }
 
 ImageF LightLattice::interpolated(const std::vector<float>& values, std::size_t numbers,

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "render/indirect/seen_image.hpp"
@@ -34,7 +36,7 @@ class LightLattice {
   const std::vector<std::uint32_t>& pixels() const { return pixels_; }
   /// The light of the first gathering.
   const std::vector<float>& values() const { return values_; }
-  /// Returns the root mean square of the standard errors.
+  /// Returns the root mean square of the standard errors and of what light is off where surfaces are rough.
   double noise() const;
   /// Returns the root mean square of the mean light.
   double light() const;
@@ -48,31 +50,36 @@ class LightLattice {
     float larger_off = 0.0F;  ///< by how much the square that it is a quarter of was off, 0: of none
   };
   std::vector<Square> first_squares(int step) const;
+  void gather_corners_and_middles(const std::vector<Square>& squares, const Gather& gather);
   void gather_new(const std::vector<std::uint32_t>& pixels, const Gather& gather);
   void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
   /// `noise`: of a rough surface, smaller than what light tells.
   enum class Sees { smooth_surface, rough_surface, noise, edges };
-  Sees seen_by(const Square& s, const SurfaceRoughness& roughness) const;
+  Sees seen_by(const Square& s);
   std::array<std::size_t, 4> corners_of(const Square& s) const;
   /// How well the corners of a square tell the light of its middle.
   struct Told {
     bool enough = false;
     bool on_one_surface = false, rough = false;
-    float off = 0.0F, light = 0.0F;
+    float off = 0.0F;
   };
-  Told told_by(const Square& s, float tolerance, const SurfaceRoughness& roughness) const;
-  bool sees_one_surface(const Square& s, const SurfaceRoughness& roughness) const;
-  static void take_as_rough(std::vector<Told>& told);
-  static bool does_not_help(const std::vector<Square>& squares, const std::vector<Told>& told);
+  Told told_by(const Square& s, float tolerance);
+  bool sees_one_surface(const Square& s, const SurfaceLimits& limits) const;
+  const SurfaceRoughness& roughness_at(int step_px);
+  static std::optional<bool> quartering_helps(const std::vector<Square>& squares,
+                                              const std::vector<Told>& told);
+  void take(const Square& s, const Told& told);
+  void release(const std::vector<Square>& waiting, bool helps, std::vector<Square>& smaller);
   static void quarter(const Square& s, float off, std::vector<Square>& out);
 
   const SeenImage& seen_;
-  SurfaceRoughness roughness_;  ///< from one pixel to the next
+  std::map<int, SurfaceRoughness> roughness_;  ///< by step, px
   std::size_t channels_, numbers_;
   std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
   std::vector<std::uint32_t> pixels_;
   std::vector<float> values_, sigma_;
   std::vector<Square> squares_;  ///< between whose corners light is interpolated
+  double off_sq_ = 0.0;          ///< sum over the rough ones of them
 };
 
 }  // namespace fringetwin::render

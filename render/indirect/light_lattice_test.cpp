@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 namespace fringetwin::render {
 namespace {
@@ -97,24 +99,93 @@ TEST(LightLattice, TakesRoughnessForNoise) {
   EXPECT_NEAR(sum / static_cast<double>(mean.size()), 1.0, 0.002);
 }
 
-// A measured surface: normals 15 degrees off, places by a sixth of a pixel, at random from pixel to pixel.
-TEST(LightLattice, InterpolatesOnARoughSurfaceButNotAcrossItsEdge) {
-  const auto noise = [](int x, int y, float k) {
-    return std::sin(12.9898F * k * static_cast<float>(x) + 78.233F * static_cast<float>(y * y + x));
-  };
-  Lattice l{plane(401, 301, kEverywhere,
-                  [&](int x, int y) { return (x < 203 ? 300.0F : 340.0F) + 0.12F * noise(x, y, 1.7F); }),
-            [](int x, int) { return x < 203 ? 1.0F : 9.0F; }};
-  for (std::size_t i = 0; i < l.seen.places.size(); ++i) {
-    const int x = static_cast<int>(i) % 401, y = static_cast<int>(i) / 401;
-    l.seen.places[i].n =
+float noise(int x, int y, float k) {
+  return std::sin(12.9898F * k * static_cast<float>(x) + 78.233F * static_cast<float>(y * y + x));
+}
+
+/// A measured surface: normals 15 degrees off, places by a sixth of a pixel, from pixel to pixel; behind
+/// column `step` 40 mm farther away.
+SeenImage measured(int width, int height, int step) {
+  SeenImage image = plane(width, height, kEverywhere, [step](int x, int y) {
+    return (x < step ? 300.0F : 340.0F) + 0.12F * noise(x, y, 1.7F);
+  });
+  for (std::size_t i = 0; i < image.places.size(); ++i) {
+    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+    image.places[i].n =
         Eigen::Vector3f(0.25F * noise(x, y, 1.1F), 0.25F * noise(x, y, 2.3F), -1.0F).normalized();
   }
+  return image;
+}
+
+TEST(LightLattice, InterpolatesOnARoughSurfaceButNotAcrossItsEdge) {
+  Lattice l{measured(401, 301, 203), [](int x, int) { return x < 203 ? 1.0F : 9.0F; }};
   const LightLattice lattice = l.make(0.004F);
   EXPECT_LT(l.asked, 401 * 301 / 7);
+  EXPECT_EQ(lattice.noise(), 0.0);
   const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
   for (int y = 0; y < 301; ++y)
     for (int x = 0; x < 401; ++x) ASSERT_NEAR(mean(x, y), l.light(x, y), 1e-5) << x << ' ' << y;
+}
+
+TEST(LightLattice, FollowsLightThatBendsOnARoughSurface) {
+  Lattice l{measured(401, 301, 401), [](int x, int) { return 1.0F + 0.2F * std::sin(0.25F * float(x)); }};
+  const LightLattice lattice = l.make(0.004F);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
+  double worst = 0.0;
+  for (int y = 0; y < 301; ++y)
+    for (int x = 0; x < 401; ++x)
+      worst = std::max(worst, std::abs(static_cast<double>(mean(x, y) / l.light(x, y)) - 1.0));
+  EXPECT_LE(worst, 0.03);  // 8 px are a third of a period: 0.1 without quartering; 2 px: 0.02
+}
+
+TEST(LightLattice, SaysWhatRoughnessIsOff) {
+  Lattice l{measured(401, 301, 401), [](int x, int y) { return 1.0F + 0.05F * noise(x, y, 3.1F); }};
+  const LightLattice lattice = l.make(0.004F);
+  EXPECT_LT(l.asked, 401 * 301 / 7);
+  EXPECT_NEAR(lattice.noise(), 0.04, 0.02);  // of a value and the mean of four others
+}
+
+// Ribs of 8 px that face left and right: smooth, though a square's corners and middle face both.
+TEST(LightLattice, DoesNotTakeAStructureForRoughness) {
+  const auto faces_left = [](int x, int) { return (x + 2) % 8 < 4; };
+  Lattice l{plane(161, 97, kEverywhere, kFlat), [&](int x, int y) { return faces_left(x, y) ? 1.0F : 2.0F; }};
+  for (std::size_t i = 0; i < l.seen.places.size(); ++i)
+    l.seen.places[i].n =
+        Eigen::Vector3f(faces_left(static_cast<int>(i) % 161, 0) ? -0.6F : 0.6F, 0.0F, -0.8F);
+  const LightLattice lattice = l.make(0.004F);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
+  for (int y = 0; y < 97; ++y)
+    for (int x = 0; x < 161; ++x) ASSERT_NEAR(mean(x, y), l.light(x, y), 1e-5) << x << ' ' << y;
+}
+
+TEST(SurfaceRoughness, LeavesSmoothSurfacesTheirLimits) {
+  SeenImage image = plane(161, 97, kEverywhere, kFlat);
+  for (std::size_t i = 0; i < image.places.size(); ++i) {  // a sphere of 60 mm
+    SurfacePlace& place = image.places[i];
+    const Eigen::Vector2f at(place.p_mm.x() - 40.0F, place.p_mm.y() - 24.0F);
+    place.p_mm.z() = 360.0F - std::sqrt(3600.0F - at.squaredNorm());
+    place.n = (place.p_mm - Eigen::Vector3f(40.0F, 24.0F, 360.0F)).normalized();
+  }
+  for (const int step : {1, 2, 4}) {
+    const SurfaceRoughness smooth(image, step), rough(measured(161, 97, 161), step);
+    for (const auto& [x, y] : {std::pair{3, 3}, std::pair{80, 50}, std::pair{160, 96}}) {
+      EXPECT_FALSE(is_rough(smooth.widened(kSmooth, x, y), kSmooth));
+      EXPECT_EQ(smooth.widened(kSmooth, x, y).least_cosine, kSmooth.least_cosine);
+      EXPECT_TRUE(is_rough(rough.widened(kSmooth, x, y), kSmooth));
+    }
+  }
+  // a few pixels tell nothing
+  EXPECT_FALSE(is_rough(SurfaceRoughness(measured(9, 9, 9), 1).widened(kSmooth, 4, 4), kSmooth));
+}
+
+TEST(SurfaceRoughness, KeepsObjectsApart) {
+  SeenImage image = measured(161, 97, 161);
+  for (std::size_t i = 0; i < image.places.size(); ++i)
+    image.places[i].primitive = i % 161 < 80 ? 0.0F : 1.0F;
+  const SurfaceLimits limits = SurfaceRoughness(image, 1).widened(kRough, 79, 40);
+  EXPECT_TRUE(limits.of_one_primitive);
+  EXPECT_TRUE(on_one_surface(image.place(40 * 161 + 79), image.place(40 * 161 + 74), {-1.0F, 1.0F, true}));
+  EXPECT_FALSE(on_one_surface(image.place(40 * 161 + 79), image.place(40 * 161 + 80), {-1.0F, 1.0F, true}));
 }
 
 TEST(LightLattice, InterpolatesNothingAcrossAnEdge) {

@@ -26,6 +26,7 @@ struct SeenImage {
 /// parts of their distance.
 struct SurfaceLimits {
   float least_cosine, most_out_of_plane;
+  bool of_one_primitive = false;  ///< where limits are wide, another object is another surface
 };
 inline constexpr SurfaceLimits kSmooth{0.94F, 0.3F};  ///< 20 degrees: light can be interpolated
 inline constexpr SurfaceLimits kRough{0.77F, 0.7F};   ///< 40 degrees: noise of a measured surface

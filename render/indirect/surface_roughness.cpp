@@ -14,13 +14,13 @@ constexpr std::size_t kLeastSeen = 50;  // of them
 constexpr float kTimesMedian = 4.0F;    // 2.7 standard deviations of a normal distribution
 constexpr float kMostAngleRad = 1.31F;  // 75 degrees: beyond, normals say nothing
 
+}  // namespace
+
 float median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
 }
-
-}  // namespace
 
 SurfaceRoughness::SurfaceRoughness(const SeenImage& seen, int step_px)
     : tiles_across_((seen.width + kTilePx - 1) / kTilePx) {
@@ -55,9 +55,12 @@ SurfaceRoughness::Tile SurfaceRoughness::look_at_tile(const SeenImage& seen, int
 SurfaceLimits SurfaceRoughness::widened(const SurfaceLimits& limits, int x, int y) const {
   if (tiles_.empty()) return limits;
   const Tile& tile = tiles_[static_cast<std::size_t>(y / kTilePx * tiles_across_ + x / kTilePx)];
-  return {std::min(limits.least_cosine, std::cos(std::min(kTimesMedian * tile.angle_rad, kMostAngleRad))),
-          std::max(limits.most_out_of_plane,
-                   std::min(kTimesMedian * tile.out_of_plane, kNoStep.most_out_of_plane))};
+  SurfaceLimits wide{
+      std::min(limits.least_cosine, std::cos(std::min(kTimesMedian * tile.angle_rad, kMostAngleRad))),
+      std::max(limits.most_out_of_plane,
+               std::min(kTimesMedian * tile.out_of_plane, kNoStep.most_out_of_plane))};
+  wide.of_one_primitive = limits.of_one_primitive || is_rough(wide, limits);
+  return wide;
 }
 
 }  // namespace fringetwin::render

@@ -31,6 +31,9 @@ class SurfaceRoughness {
   std::vector<Tile> tiles_;
 };
 
+/// Returns the median of some values, which it sorts in part.
+float median(std::vector<float>& values);
+
 /// Returns whether limits have been made wider than those of smooth surfaces.
 inline bool is_rough(const SurfaceLimits& limits, const SurfaceLimits& of_smooth) {
   return limits.least_cosine < of_smooth.least_cosine ||

@@ -190,7 +190,7 @@ HarmonicsPlan plan_harmonics(const Twin& twin, const Camera& camera, const Serie
                              double phase_error_rad, double center_x_px, double center_y_px) {
   HarmonicsPlan plan;
   if (!may_form_harmonics(twin) || camera.optics ||
-      std::max(camera.lens.width(), camera.lens.height()) >= kListLimitPx)
+      std::max(camera.lens.width(), camera.lens.height()) > kListLimitPx)
     return plan;
   // Taken for a surface that faces both and is as far from the camera as from the projector.
   const double px_per_px = twin.projector->lens.intrinsics().at(0) / camera.lens.intrinsics().at(0);

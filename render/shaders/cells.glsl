@@ -6,7 +6,7 @@
 // the same.
 uint cell_key(vec3 p, vec3 n, int coarser) {
   vec3 r = (p - params.cell_grid.xyz) * params.cell_grid.w;
-  float far = max(max(abs(r.x), abs(r.y)), abs(r.z)) / float(CELLS_PER_AXIS / 2);
+  float far = max(max(abs(r.x), abs(r.y)), abs(r.z)) * (1.0 / float(CELLS_PER_AXIS / 2));
   bool within = far < float(1 << (CELL_LEVELS - CELL_COARSER));
   int level = findMSB(uint(within ? far : 0.0)) + 1 + coarser;
   float per_cell = uintBitsToFloat(uint(127 - level) << 23);  // 2^-level, without rounding

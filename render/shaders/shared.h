@@ -113,7 +113,7 @@ struct uvec4 {
 // ---- cells of light that comes over several surfaces (render/indirect/)
 #define CELL_BITS 7  // of a cell's place along each axis; three more tell which side its normals face
 #define CELLS_PER_AXIS (1 << CELL_BITS)
-#define CELL_LEVELS 24   // how often the cells' sides double with the distance from the middle of the grid
+#define CELL_LEVELS 24   // the coarsest: so often the cells' sides have doubled with the distance from the middle
 #define CELL_COARSER 2   // levels above: the cells of places that none of the fine ones holds
 #define CELL_HASH 2654435761u  // Knuth, The Art of Computer Programming 3, 6.4: 2^32 over the golden ratio
 #define CELL_HASH_SHIFT 8
@@ -175,7 +175,7 @@ struct uvec4 {
   /* the way to the room's lamp, beyond all objects; what it sends from a surface of diffuse = 1 that faces it. Ambient light beside it */ \
   X(lamp, lamp_way_mm(job).x(), lamp_way_mm(job).y(), lamp_way_mm(job).z(), twin.room.lamp_world.norm()) \
   X(lamp_rest, projector.ambient, 0.0, 0.0, 0.0) \
-  /* the corner of the grid of cells in the camera's frame, cells per mm; entries of their table less one */ \
+  /* the middle of the grid of cells in the camera's frame, cells per mm; entries of their table less one */ \
   X(cell_grid, cell_middle_mm(job).x(), cell_middle_mm(job).y(), cell_middle_mm(job).z(), cells_per_mm(job)) \
   X(cell_table, cell_table_mask(job), 0.0, 0.0, 0.0) \
   /* where in a pixel a look goes through it, px from its middle */ \
@@ -233,6 +233,7 @@ static_assert(offsetof(Params, pitch) == 33 * 16);
 static_assert(offsetof(Params, direct) == (33 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
 static_assert(sizeof(Params) == (33 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
 static_assert(sizeof(Push) == 36);
+static_assert(CELL_LEVELS < 32 && 3 * CELL_BITS + 3 + 5 < 32);  // a key, and 0 for none
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);
 }  // namespace fringetwin::render::gpu

@@ -7,7 +7,7 @@
 // | 1e-5      | relative       | fp32 against a closed form at a pixel's centre                       |
 // | 3e-4      | full scale rms | point spread: discrete kernel against the continuous one, sphere rim  |
 // | 1 %, 4 %  | of the indirect| mean and rms over pixels of 256 directions, uniform wall             |
-// | 1.5 %, 6 %|                | the same with fringes on the wall: slope, rms (1/sqrt(1024) = 3 %)   |
+// | 1.5 %, 6 %|                | the same with fringes on the wall: slope, rms (1/sqrt(256) = 6 %)    |
 // | 0         |                | off = bitwise the same image                                         |
 #include <gtest/gtest.h>
 

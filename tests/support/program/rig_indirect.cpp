@@ -23,6 +23,7 @@ class Indirect {
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
         if (!between_nodes(x, y) || is_node(x, y)) compute(x, y);
+#pragma omp parallel for schedule(dynamic)
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
         if (between_nodes(x, y) && !is_node(x, y)) interpolate(x, y);
