@@ -23,6 +23,12 @@ double root_mean_square(const std::vector<float>& values, std::size_t step) {
                         : std::sqrt(sum * static_cast<double>(step) / static_cast<double>(values.size()));
 }
 
+// Returns up to how much is usual among values that are noise; 0 of none.
+float most_usual(std::vector<float> values) {
+  constexpr float kTimesUsual = 4.0F;  // the median: 2.7 standard deviations of a normal distribution
+  return values.empty() ? 0.0F : kTimesUsual * median(values);
+}
+
 }  // namespace
 
 LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
@@ -34,10 +40,14 @@ LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::siz
     std::vector<Told> told;
     for (const Square& s : squares) told.push_back(told_by(s, tolerance));
     const auto helps = quartering_helps(squares, told);
+    std::vector<float> offs;
+    for (const Told& t : told)
+      if (t.on_one_surface) offs.push_back(t.off);
+    const float most_off = helps == false ? most_usual(std::move(offs)) : 0.0F;
     smaller.clear();
     for (std::size_t i = 0; i < squares.size(); ++i) {
       const bool first = squares[i].larger_off == 0.0F;
-      if (told[i].enough || (helps == false && told[i].on_one_surface))
+      if (told[i].enough || (told[i].on_one_surface && told[i].off <= most_off))
         take(squares[i], told[i]);
       else if (told[i].rough && first && i % kOneOf != 0)
         waiting.push_back({squares[i].x0, squares[i].y0, squares[i].x1, squares[i].y1, told[i].off});
@@ -58,12 +68,11 @@ void LightLattice::take(const Square& s, const Told& told) {
 // Takes rough squares that waited for what quarters of others say: those that are off by no more than most,
 // or none.
 void LightLattice::release(const std::vector<Square>& waiting, bool helps, std::vector<Square>& smaller) {
-  constexpr float kTimesUsual = 4.0F;  // the median, as for what is rough
   std::vector<float> offs;
   for (const Square& s : waiting) offs.push_back(s.larger_off);
-  const float most = helps || offs.empty() ? 0.0F : kTimesUsual * median(offs);
+  const float most_off = helps ? 0.0F : most_usual(std::move(offs));
   for (const Square& s : waiting) {
-    if (s.larger_off <= most)
+    if (s.larger_off <= most_off)
       take(s, {.rough = true, .off = s.larger_off});
     else
       quarter(s, s.larger_off, smaller);
@@ -200,7 +209,8 @@ const SurfaceRoughness& LightLattice::roughness_at(int step_px) {
 
 // Returns whether squares are off by less than the larger ones that they are quarters of, in the median; none
 // where too few tell. Where light bends, a quarter is off by a fourth. Where it does not help, the surface is
-// rough from place to place, as measured ones are.
+// rough from place to place, as measured ones are, or there is noise; squares that are off by more are
+// quartered all the same.
 std::optional<bool> LightLattice::quartering_helps(const std::vector<Square>& squares,
                                                    const std::vector<Told>& told) {
   constexpr std::size_t kFewest = 100;

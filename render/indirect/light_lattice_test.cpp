@@ -117,6 +117,21 @@ SeenImage measured(int width, int height, int step) {
   return image;
 }
 
+// Noise that quartering does not make less does not hide a place where light bends.
+TEST(LightLattice, FollowsLightThatBendsInAFewPlacesBesideNoise) {
+  const auto light = [](int x, int y) {
+    const float away = static_cast<float>(std::abs(x - 200));
+    return 1.0F + 4.0F * std::exp(-0.5F * away) +
+           0.02F * std::sin(12.9898F * static_cast<float>(x) + 78.233F * static_cast<float>(y * y));
+  };
+  Lattice l{plane(401, 301, kEverywhere, kFlat), light};
+  const LightLattice lattice = l.make(0.004F);
+  EXPECT_LT(l.asked, 401 * 301 / 3);
+  const ImageF mean = lattice.interpolated(lattice.values(), 2, 0);
+  for (int y = 0; y < 301; ++y)
+    for (int x = 190; x <= 210; ++x) ASSERT_NEAR(mean(x, y), light(x, y), 0.25) << x << ' ' << y;
+}
+
 TEST(LightLattice, InterpolatesOnARoughSurfaceButNotAcrossItsEdge) {
   Lattice l{measured(401, 301, 203), [](int x, int) { return x < 203 ? 1.0F : 9.0F; }};
   const LightLattice lattice = l.make(0.004F);
