@@ -34,9 +34,4 @@ inline constexpr SurfaceLimits kNoStep{-1.0F, 0.9F};  ///< 64 degrees: beyond, o
 /// Returns whether two places lie on one surface.
 bool on_one_surface(const SurfacePlace& a, const SurfacePlace& b, const SurfaceLimits& limits);
 
-/// Returns what pixels see as an image. Normals of a surface that is rough within a few pixels, as measured
-/// ones are, become the mean around: of its light the pixels' own normals have a part of their own.
-/// `around_px`: how far.
-SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px);
-
 }  // namespace fringetwin::render

@@ -31,6 +31,11 @@ class SurfaceRoughness {
   std::vector<Tile> tiles_;
 };
 
+/// Returns what pixels see as an image. Normals of a surface that is rough within a few pixels, as measured
+/// ones are, become the mean around: of its light the pixels' own normals have a part of their own.
+/// `around_px`: how far.
+SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px);
+
 /// Returns the median of some values, which it sorts in part.
 float median(std::vector<float>& values);
 
