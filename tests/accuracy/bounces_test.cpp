@@ -150,7 +150,7 @@ TEST(AllBounces, OfAnEndlessGrooveAreItsRadiosity) {
     return twin.projector->intensity * kRho / pi *
            Vector3d(side == 0 ? 1 : -1, 0, -1).normalized().dot(from.normalized());
   };
-  for (const int bounces : {1, 3, kAllBounces}) {
+  for (const int bounces : {1, 2, 3, kAllBounces}) {
     twin.render.bounces = bounces;
     twin.render.bounce_samples = 4096;
     const ImageF found = indirect_mean(twin, {Sampler::gauss, 4});
@@ -202,7 +202,7 @@ TEST(AllBounces, UnderFringesAgreeWithPathsAtRandom) {
   const Twin dark = groove(0.8);
   const render::Sampling sampling{Sampler::gauss, 16};
   const auto direct = shared_renderer()->trace(dark, 0, sampling);
-  for (const int bounces : {1, kAllBounces}) {
+  for (const int bounces : {1, 2, kAllBounces}) {
     Twin twin = dark;
     twin.render.bounces = bounces;
     const auto truth = reference_block(render::Reference(twin), 0, {20, 20, 120, 80, 17},
