@@ -16,6 +16,11 @@ inline std::uint32_t list_code(int x, int y, bool along_y = false) {
   return static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 15 | (along_y ? 1U << 31 : 0U);
 }
 
+/// Returns the code of the pixel at an index of an image (x + width y).
+inline std::uint32_t list_code_at(std::size_t index, int width) {
+  return list_code(static_cast<int>(index) % width, static_cast<int>(index) / width);
+}
+
 struct ListedPixel {
   int x, y;
 };

@@ -17,10 +17,13 @@ constexpr std::uint32_t kDirectionsAtATime = 32;
 std::size_t groups_of(std::size_t n) { return (n + BLOCK_PIXELS - 1) / BLOCK_PIXELS; }
 
 // A rule of one ray, for what every kernel wants to know of samples.
-SampleSetup rule_of_one_ray() {
-  SampleSetup samples;
-  samples.n = 1;
-  samples.table = {{0.0F, 0.0F, 1.0F, 0.0F}};
+const SampleSetup& one_ray() {
+  static const SampleSetup samples = [] {
+    SampleSetup rule;
+    rule.n = 1;
+    rule.table = {{0.0F, 0.0F, 1.0F, 0.0F}};
+    return rule;
+  }();
   return samples;
 }
 
@@ -32,16 +35,15 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
   moved.look_px = moved_px;
   moved.cells.reset();
   const PassPlan no_sums;
-  const SampleSetup samples = rule_of_one_ray();
+  const SampleSetup& samples = one_ray();
   device.upload_samples(samples);
   device.upload_pass(moved, no_sums, samples, {});
-  const auto width = static_cast<std::uint32_t>(job.camera.lens.width());
   SeenPlaces seen;
   for (std::size_t first = 0; first < pixels.size(); first += kLongestList) {
     const std::size_t n = std::min(kLongestList, pixels.size() - first), groups = groups_of(n);
     std::vector<std::uint32_t> codes;
     for (std::size_t i = first; i < first + n; ++i)
-      codes.push_back(list_code(static_cast<int>(pixels[i] % width), static_cast<int>(pixels[i] / width)));
+      codes.push_back(list_code_at(pixels[i], job.camera.lens.width()));
     device.fill(BIND_PIXELS, codes);
     device.reserve(BIND_PLACES, groups * BLOCK_PIXELS * sizeof(SurfacePlace));
     device.reserve(BIND_OUTPUT, groups * BLOCK_PIXELS * (no_sums.channels() + GATHER_MORE) * sizeof(float));
@@ -68,8 +70,7 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
     : device_(device),
       job_(job),
       pass_(pass),
-      one_ray_(rule_of_one_ray()),
-      constants_(make_constants(job, one_ray_, pass)),
+      constants_(make_constants(job, one_ray(), pass)),
       directions_(directions),
       most_(kMostPlaces),
       at_a_time_(kDirectionsAtATime) {
@@ -79,8 +80,8 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
   if (with_places)
     most_ = std::clamp(kMostBytes / (sizeof(SurfacePlace) * directions) / BLOCK_PIXELS * BLOCK_PIXELS,
                        std::size_t{BLOCK_PIXELS}, kMostPlaces);
-  device_.upload_samples(one_ray_);
-  device_.upload_pass(job, pass, one_ray_, {});
+  device_.upload_samples(one_ray());
+  device_.upload_pass(job, pass, one_ray(), {});
   device_.reserve(BIND_OUTPUT, most_ * (pass.channels() + GATHER_MORE) * sizeof(float));
   if (with_places) device_.reserve(BIND_PLACES, most_ * directions * sizeof(SurfacePlace));
 }

@@ -79,7 +79,6 @@ class Gatherer {
   TraceDevice& device_;
   const TraceJob& job_;
   const PassPlan& pass_;
-  SampleSetup one_ray_;
   SpecConstants constants_;
   std::size_t directions_, most_;
   std::uint32_t at_a_time_;  ///< directions in one dispatch

@@ -46,8 +46,8 @@ class IndirectLight {
         return light_of(gatherer, pass, pixels);
       };
       if (!lattice)
-        lattice.emplace(seen_, light_channels(pass), light_channels(pass) + kTowards, kTolerance, gather,
-                        first_step_px());
+        lattice.emplace(seen_, roughness_, light_channels(pass), light_channels(pass) + kTowards, kTolerance,
+                        gather, first_step_px());
       add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
     }
     widen_estimate(*lattice);
@@ -78,15 +78,14 @@ class IndirectLight {
     std::ranges::sort(pixels);
     seen_ = seen_image(width, height, look_at(device_, job_, pixels),
                        first_step_px() / (LightLattice::kFirstStepPx / 2));
-    roughness_ = SurfaceRoughness(seen_, 1);
     std::ranges::copy_if(pixels, std::back_inserter(edges_),
                          [this](std::uint32_t pixel) { return edge_crosses(pixel); });
   }
 
   // Returns whether a pixel and one beside it do not see the same surface.
-  bool edge_crosses(std::uint32_t pixel) const {
+  bool edge_crosses(std::uint32_t pixel) {
     const int x = static_cast<int>(pixel) % seen_.width, y = static_cast<int>(pixel) / seen_.width;
-    const SurfaceLimits limits = roughness_.widened(kRough, x, y);
+    const SurfaceLimits limits = roughness_.at(1).widened(kRough, x, y);
     for (const auto& [dx, dy] : {std::array{-1, 0}, std::array{1, 0}, std::array{0, -1}, std::array{0, 1}}) {
       const int u = x + dx, v = y + dy;
       if (u < 0 || v < 0 || u >= seen_.width || v >= seen_.height) continue;
@@ -182,11 +181,11 @@ class IndirectLight {
   }
 
   // Returns the pixel around another that sees the surface of a place nearest to it.
-  std::optional<std::uint32_t> seen_like(std::uint32_t pixel, const SurfacePlace& place) const {
+  std::optional<std::uint32_t> seen_like(std::uint32_t pixel, const SurfacePlace& place) {
     const int x = static_cast<int>(pixel) % seen_.width, y = static_cast<int>(pixel) / seen_.width;
     std::optional<std::uint32_t> best;
     float least = 0.0F;
-    const SurfaceLimits limits = roughness_.widened(kRough, x, y);
+    const SurfaceLimits limits = roughness_.at(1).widened(kRough, x, y);
     for (int v = std::max(0, y - 1); v <= std::min(seen_.height - 1, y + 1); ++v)
       for (int u = std::max(0, x - 1); u <= std::min(seen_.width - 1, x + 1); ++u) {
         const auto other = static_cast<std::uint32_t>(v * seen_.width + u);
@@ -254,7 +253,7 @@ class IndirectLight {
   TraceDevice& device_;
   TraceJob job_;
   SeenImage seen_;
-  SurfaceRoughness roughness_;        // from one pixel to the next
+  RoughnessAtSteps roughness_{seen_};
   std::vector<std::uint32_t> edges_;  // pixels that an edge crosses
   std::vector<bool> is_edge_;
   std::vector<Part> parts_;

@@ -79,16 +79,18 @@ std::vector<SurfacePlace> LightCells::places_met_from(TraceDevice& device, const
 // Numbers the cells of places that light comes from: coarse ones for all, fine ones where it does often. Half
 // of the room is kept for coarse ones that are met later.
 void LightCells::find_cells(const std::vector<SurfacePlace>& met) {
+  std::vector<std::uint32_t> keys;
   std::unordered_map<std::uint32_t, std::uint32_t> times;
   for (const SurfacePlace& place : met) {
-    ++times[grid_.key(place.p_mm, place.n_geometric)];
+    keys.push_back(grid_.key(place.p_mm, place.n_geometric));
+    if (keys.back() == 0) continue;
+    ++times[keys.back()];
     add_member(grid_.key(place.p_mm, place.n_geometric, CELL_COARSER), place);
   }
-  for (const SurfacePlace& place : met) {
-    const std::uint32_t key = grid_.key(place.p_mm, place.n_geometric);
-    if (times[key] >= kLeastMet && (table_.size() < kMostCells / 2 || table_.find(key) >= 0))
-      add_member(key, place);
-  }
+  for (std::size_t i = 0; i < met.size(); ++i)
+    if (keys[i] != 0 && times[keys[i]] >= kLeastMet &&
+        (table_.size() < kMostCells / 2 || table_.find(keys[i]) >= 0))
+      add_member(keys[i], met[i]);
 }
 
 // Returns the number of the cell that stands for a place, which becomes one of its members where its members
@@ -102,7 +104,7 @@ std::int32_t LightCells::meet(const SurfacePlace& place) {
 
 // Lets a place stand for the cell of a key, or not: members are places of it at random.
 std::int32_t LightCells::add_member(std::uint32_t key, const SurfacePlace& place) {
-  if (key == 0 || (table_.size() >= kMostCells && table_.find(key) < 0)) return -1;
+  if (table_.size() >= kMostCells && table_.find(key) < 0) return -1;
   const std::int32_t cell = table_.find_or_add(key);
   if (static_cast<std::size_t>(cell) >= members_.size()) members_.emplace_back();
   if (static_cast<std::size_t>(cell) < settled_) return cell;

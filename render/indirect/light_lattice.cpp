@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::render {
 namespace {
@@ -25,32 +26,32 @@ double root_mean_square(const std::vector<float>& values, std::size_t step) {
 
 // Returns up to how much is usual among values that are noise; 0 of none.
 float most_usual(std::vector<float> values) {
-  constexpr float kTimesUsual = 4.0F;  // the median: 2.7 standard deviations of a normal distribution
-  return values.empty() ? 0.0F : kTimesUsual * median(values);
+  return values.empty() ? 0.0F : kUsualMedians * static_cast<float>(upper_median(values));
 }
 
 }  // namespace
 
-LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
-                           const Gather& gather, int first_step_px)
+LightLattice::LightLattice(const SeenImage& seen, RoughnessAtSteps& roughness, std::size_t channels,
+                           std::size_t numbers, float tolerance, const Gather& gather, int first_step_px)
     : seen_(seen), channels_(channels), numbers_(numbers), number_(seen.at.size(), -1) {
-  std::vector<Square> squares = first_squares(first_step_px), smaller, waiting;
+  std::vector<Square> squares = first_squares(first_step_px), smaller;
+  std::vector<Waiting> waiting;
   while (!squares.empty()) {
     gather_corners_and_middles(squares, gather);
     std::vector<Told> told;
-    for (const Square& s : squares) told.push_back(told_by(s, tolerance));
+    for (const Square& s : squares) told.push_back(told_by(s, tolerance, roughness));
     const auto helps = quartering_helps(squares, told);
     std::vector<float> offs;
     for (const Told& t : told)
-      if (t.on_one_surface) offs.push_back(t.off);
+      if (t.on_one_surface()) offs.push_back(t.off);
     const float most_off = helps == false ? most_usual(std::move(offs)) : 0.0F;
     smaller.clear();
     for (std::size_t i = 0; i < squares.size(); ++i) {
       const bool first = squares[i].larger_off == 0.0F;
-      if (told[i].enough || (told[i].on_one_surface && told[i].off <= most_off))
+      if (told[i].enough || (told[i].on_one_surface() && told[i].off <= most_off))
         take(squares[i], told[i]);
-      else if (told[i].rough && first && i % kOneOf != 0)
-        waiting.push_back({squares[i].x0, squares[i].y0, squares[i].x1, squares[i].y1, told[i].off});
+      else if (told[i].rough() && first && i % kOneOf != 0)
+        waiting.push_back({squares[i], told[i]});
       else
         quarter(squares[i], told[i].off, smaller);
     }
@@ -62,20 +63,20 @@ LightLattice::LightLattice(const SeenImage& seen, std::size_t channels, std::siz
 // Takes a square between whose corners light is interpolated.
 void LightLattice::take(const Square& s, const Told& told) {
   squares_.push_back(s);
-  off_sq_ += told.rough ? std::pow(static_cast<double>(told.off), 2) : 0.0;
+  off_sq_ += told.rough() ? std::pow(static_cast<double>(told.off), 2) : 0.0;
 }
 
 // Takes rough squares that waited for what quarters of others say: those that are off by no more than most,
 // or none.
-void LightLattice::release(const std::vector<Square>& waiting, bool helps, std::vector<Square>& smaller) {
+void LightLattice::release(const std::vector<Waiting>& waiting, bool helps, std::vector<Square>& smaller) {
   std::vector<float> offs;
-  for (const Square& s : waiting) offs.push_back(s.larger_off);
+  for (const Waiting& w : waiting) offs.push_back(w.told.off);
   const float most_off = helps ? 0.0F : most_usual(std::move(offs));
-  for (const Square& s : waiting) {
-    if (s.larger_off <= most_off)
-      take(s, {.rough = true, .off = s.larger_off});
+  for (const auto& [square, told] : waiting) {
+    if (told.off <= most_off)
+      take(square, told);
     else
-      quarter(s, s.larger_off, smaller);
+      quarter(square, told.off, smaller);
   }
 }
 
@@ -126,15 +127,18 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
 }
 
 // Returns what a square sees by its corners and its middle, and then by all its pixels.
-LightLattice::Sees LightLattice::seen_by(const Square& s) {
-  const SurfaceRoughness& roughness = roughness_at(std::max(1, std::max(s.x1 - s.x0, s.y1 - s.y0) / 2));
+LightLattice::Sees LightLattice::seen_by(const Square& s, RoughnessAtSteps& roughness) const {
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
   if (!seen_.sees(seen_.pixel_of(x, y))) return Sees::edges;
   const SurfacePlace& middle = seen_.place(seen_.pixel_of(x, y));
   // a structure is rough at its own scale, a measured surface from pixel to pixel
-  const SurfaceLimits near = roughness_at(1).widened(kSmooth, x, y);
-  const bool rough = is_rough(near, kSmooth);
-  const SurfaceLimits limits = rough ? roughness.widened(near, x, y) : kSmooth;
+  const bool rough = is_rough(roughness.at(1).widened(kSmooth, x, y), kSmooth);
+  const auto wide = [&](const SurfaceLimits& limits) {
+    if (!rough) return limits;
+    const int step_px = std::max(1, std::max(s.x1 - s.x0, s.y1 - s.y0) / 2);
+    return roughness.at(step_px).widened(roughness.at(1).widened(limits, x, y), x, y);
+  };
+  const SurfaceLimits limits = wide(kSmooth);
   int off_surface = 0;
   bool step = false;
   for (const std::size_t corner : corners_of(s)) {
@@ -143,17 +147,16 @@ LightLattice::Sees LightLattice::seen_by(const Square& s) {
     step = step || !on_one_surface(seen_.place(corner), middle, kNoStep);
   }
   if (rough && !step && s.x1 - s.x0 <= kFinestRoughPx && s.y1 - s.y0 <= kFinestRoughPx) return Sees::noise;
-  if (off_surface > (rough ? 1 : 0) ||
-      !sees_one_surface(s, rough ? roughness.widened(roughness_at(1).widened(kRough, x, y), x, y) : kRough))
-    return Sees::edges;
+  if (off_surface > (rough ? 1 : 0) || !sees_one_surface(s, wide(kRough))) return Sees::edges;
   return rough ? Sees::rough_surface : Sees::smooth_surface;
 }
 
 // Squares without pixels between their corners tell enough: those have their own light.
-LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) {
+LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
+                                         RoughnessAtSteps& roughness) const {
   if (s.x1 - s.x0 <= 1 && s.y1 - s.y0 <= 1) return {.enough = true};
-  const Sees sees = seen_by(s);
-  if (sees == Sees::edges || sees == Sees::noise) return {.enough = sees == Sees::noise};
+  Told out{.sees = seen_by(s, roughness)};
+  if (!out.on_one_surface()) return {.enough = out.sees == Sees::noise, .sees = out.sees};
   const std::array<std::size_t, 4> corners = corners_of(s);
   const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
   const auto part = [](int at, int from, int to) {
@@ -169,7 +172,6 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance) {
     variance += sigma * sigma;
   }
   const float* own = &values_[middle * numbers_];
-  Told out{.on_one_surface = true, .rough = sees == Sees::rough_surface};
   for (std::size_t c = 0; c < channels_; ++c) {
     float told = 0.0F;
     for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * numbers_ + c];
@@ -200,13 +202,6 @@ bool LightLattice::sees_one_surface(const Square& s, const SurfaceLimits& limits
   return true;
 }
 
-const SurfaceRoughness& LightLattice::roughness_at(int step_px) {
-  const auto known = roughness_.find(step_px);
-  return known != roughness_.end()
-             ? known->second
-             : roughness_.emplace(step_px, SurfaceRoughness(seen_, step_px)).first->second;
-}
-
 // Returns whether squares are off by less than the larger ones that they are quarters of, in the median; none
 // where too few tell. Where light bends, a quarter is off by a fourth. Where it does not help, the surface is
 // rough from place to place, as measured ones are, or there is noise; squares that are off by more are
@@ -217,10 +212,10 @@ std::optional<bool> LightLattice::quartering_helps(const std::vector<Square>& sq
   constexpr float kHelps = 0.5F;
   std::vector<float> shares;
   for (std::size_t i = 0; i < squares.size(); ++i)
-    if (told[i].on_one_surface && squares[i].larger_off > 0.0F)
+    if (told[i].on_one_surface() && squares[i].larger_off > 0.0F)
       shares.push_back(told[i].off / squares[i].larger_off);
   if (shares.size() < kFewest) return std::nullopt;
-  return median(shares) <= kHelps;
+  return static_cast<float>(upper_median(shares)) <= kHelps;
 }
 
 void LightLattice::quarter(const Square& s, float off, std::vector<Square>& out) {

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <vector>
 
@@ -29,9 +28,10 @@ class LightLattice {
 
   /// Chooses pixels until squares between them tell the light of their middles, the first `channels` of
   /// `numbers`, to `tolerance` of it, or to what its noise lets see. Where quarters of squares are off as
-  /// they were, the surface is rough: they stay.
-  LightLattice(const SeenImage& seen, std::size_t channels, std::size_t numbers, float tolerance,
-               const Gather& gather, int first_step_px = kFirstStepPx);
+  /// they were, that is noise of a rough surface or of the light: squares that are off by no more than is
+  /// usual stay. `roughness`: of `seen`.
+  LightLattice(const SeenImage& seen, RoughnessAtSteps& roughness, std::size_t channels, std::size_t numbers,
+               float tolerance, const Gather& gather, int first_step_px = kFirstStepPx);
 
   const std::vector<std::uint32_t>& pixels() const { return pixels_; }
   /// The light of the first gathering.
@@ -55,25 +55,30 @@ class LightLattice {
   void want(int x, int y, std::vector<std::uint32_t>& pixels) const;
   /// `noise`: of a rough surface, smaller than what light tells.
   enum class Sees { smooth_surface, rough_surface, noise, edges };
-  Sees seen_by(const Square& s);
+  Sees seen_by(const Square& s, RoughnessAtSteps& roughness) const;
   std::array<std::size_t, 4> corners_of(const Square& s) const;
   /// How well the corners of a square tell the light of its middle.
   struct Told {
     bool enough = false;
-    bool on_one_surface = false, rough = false;
+    Sees sees = Sees::edges;
     float off = 0.0F;
+    bool rough() const { return sees == Sees::rough_surface; }
+    bool on_one_surface() const { return rough() || sees == Sees::smooth_surface; }
   };
-  Told told_by(const Square& s, float tolerance);
+  /// A rough square that waits for what quarters of others say.
+  struct Waiting {
+    Square square;
+    Told told;
+  };
+  Told told_by(const Square& s, float tolerance, RoughnessAtSteps& roughness) const;
   bool sees_one_surface(const Square& s, const SurfaceLimits& limits) const;
-  const SurfaceRoughness& roughness_at(int step_px);
   static std::optional<bool> quartering_helps(const std::vector<Square>& squares,
                                               const std::vector<Told>& told);
   void take(const Square& s, const Told& told);
-  void release(const std::vector<Square>& waiting, bool helps, std::vector<Square>& smaller);
+  void release(const std::vector<Waiting>& waiting, bool helps, std::vector<Square>& smaller);
   static void quarter(const Square& s, float off, std::vector<Square>& out);
 
   const SeenImage& seen_;
-  std::map<int, SurfaceRoughness> roughness_;  ///< by step, px
   std::size_t channels_, numbers_;
   std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
   std::vector<std::uint32_t> pixels_;

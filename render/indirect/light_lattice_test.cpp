@@ -37,7 +37,8 @@ struct Lattice {
   float sigma = 0.0F;
   int asked = 0;
   LightLattice make(float tolerance) {
-    return LightLattice(seen, 2, 2, tolerance, [this](const std::vector<std::uint32_t>& pixels) {
+    RoughnessAtSteps roughness(seen);
+    return LightLattice(seen, roughness, 2, 2, tolerance, [this](const std::vector<std::uint32_t>& pixels) {
       LightOfPixels out;
       for (const std::uint32_t pixel : pixels) {
         const float value = light(static_cast<int>(pixel) % seen.width, static_cast<int>(pixel) / seen.width);

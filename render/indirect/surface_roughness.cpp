@@ -5,22 +5,17 @@
 #include <array>
 #include <cmath>
 
+#include "twin/base/statistics.hpp"
+
 namespace fringetwin::render {
 namespace {
 
 constexpr int kTilePx = 64;
 constexpr int kLookStepPx = 2;          // from one pixel that is looked at to the next
 constexpr std::size_t kLeastSeen = 50;  // of them
-constexpr float kTimesMedian = 4.0F;    // 2.7 standard deviations of a normal distribution
 constexpr float kMostAngleRad = 1.31F;  // 75 degrees: beyond, normals say nothing
 
 }  // namespace
-
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 SurfaceRoughness::SurfaceRoughness(const SeenImage& seen, int step_px)
     : tiles_across_((seen.width + kTilePx - 1) / kTilePx) {
@@ -49,18 +44,23 @@ SurfaceRoughness::Tile SurfaceRoughness::look_at_tile(const SeenImage& seen, int
         outs.push_back(std::abs((place.p_mm - 0.5F * (a.p_mm + b.p_mm)).dot(n)) / (length * half));
       }
   if (angles.size() < kLeastSeen) return {};
-  return {median(angles), median(outs)};
+  return {static_cast<float>(upper_median(angles)), static_cast<float>(upper_median(outs))};
 }
 
 SurfaceLimits SurfaceRoughness::widened(const SurfaceLimits& limits, int x, int y) const {
-  if (tiles_.empty()) return limits;
   const Tile& tile = tiles_[static_cast<std::size_t>(y / kTilePx * tiles_across_ + x / kTilePx)];
   SurfaceLimits wide{
-      std::min(limits.least_cosine, std::cos(std::min(kTimesMedian * tile.angle_rad, kMostAngleRad))),
+      std::min(limits.least_cosine, std::cos(std::min(kUsualMedians * tile.angle_rad, kMostAngleRad))),
       std::max(limits.most_out_of_plane,
-               std::min(kTimesMedian * tile.out_of_plane, kNoStep.most_out_of_plane))};
+               std::min(kUsualMedians * tile.out_of_plane, kNoStep.most_out_of_plane))};
   wide.of_one_primitive = limits.of_one_primitive || is_rough(wide, limits);
   return wide;
+}
+
+const SurfaceRoughness& RoughnessAtSteps::at(int step_px) {
+  const auto known = known_.find(step_px);
+  return known != known_.end() ? known->second
+                               : known_.emplace(step_px, SurfaceRoughness(seen_, step_px)).first->second;
 }
 
 SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px) {

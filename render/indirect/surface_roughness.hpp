@@ -2,6 +2,7 @@
 // Tells how rough the surfaces are that an image sees, as measured ones are: by how much the normal and the
 // place of a pixel differ from the mean of two pixels on both sides of it. Curvature cancels there.
 #pragma once
+#include <map>
 #include <vector>
 
 #include "render/indirect/seen_image.hpp"
@@ -10,8 +11,6 @@ namespace fringetwin::render {
 
 class SurfaceRoughness {
  public:
-  /// Nothing is rough.
-  SurfaceRoughness() = default;
   /// `step_px`: how far away the two pixels are.
   SurfaceRoughness(const SeenImage& seen, int step_px);
 
@@ -31,13 +30,25 @@ class SurfaceRoughness {
   std::vector<Tile> tiles_;
 };
 
+/// The roughness of one image at the steps that are asked for.
+class RoughnessAtSteps {
+ public:
+  /// The image must outlive this.
+  explicit RoughnessAtSteps(const SeenImage& seen) : seen_(seen) {}
+  const SurfaceRoughness& at(int step_px);
+
+ private:
+  const SeenImage& seen_;
+  std::map<int, SurfaceRoughness> known_;
+};
+
+/// Of noise, up to so many times the median is usual: 2.7 standard deviations of a normal distribution.
+inline constexpr float kUsualMedians = 4.0F;
+
 /// Returns what pixels see as an image. Normals of a surface that is rough within a few pixels, as measured
 /// ones are, become the mean around: of its light the pixels' own normals have a part of their own.
 /// `around_px`: how far.
 SeenImage seen_image(int width, int height, const SeenPlaces& seen, int around_px);
-
-/// Returns the median of some values, which it sorts in part.
-float median(std::vector<float>& values);
 
 /// Returns whether limits have been made wider than those of smooth surfaces.
 inline bool is_rough(const SurfaceLimits& limits, const SurfaceLimits& of_smooth) {

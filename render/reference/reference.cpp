@@ -71,14 +71,17 @@ std::vector<std::pair<double, double>> footprint(int gauss_n, double fill, doubl
   return nodes;
 }
 
+// Returns a normal or its opposite, whichever lies on a side.
+Eigen::Vector3d on_side(const Eigen::Vector3d& normal, const Eigen::Vector3d& side) {
+  return normal.dot(side) < 0.0 ? Eigen::Vector3d(-normal) : normal;
+}
+
 /// Directions over the hemisphere around the side of a shading normal that a geometric normal faces, by the
 /// cosine: sin^2 of the polar angle is uniform.
 class Hemisphere {
  public:
   Hemisphere(const Eigen::Vector3d& shading, const Eigen::Vector3d& normal)
-      : N_(shading.dot(normal) < 0.0 ? Eigen::Vector3d(-shading) : shading),
-        T_(N_.unitOrthogonal()),
-        B_(N_.cross(T_)) {}
+      : N_(on_side(shading, normal)), T_(N_.unitOrthogonal()), B_(N_.cross(T_)) {}
   Eigen::Vector3d direction(double sine2, double angle) const {
     return std::sqrt(sine2) * (std::cos(angle) * T_ + std::sin(angle) * B_) + std::sqrt(1.0 - sine2) * N_;
   }
@@ -160,8 +163,7 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, Pixe
   if (twin.render.shadow && scene.in_shadow(hit, outside, {sample.point_world_mm, L}, distance)) return;
   sample.lit = true;
   sample.projector_px = *q;
-  const Eigen::Vector3d N =
-      hit.shading.dot(sample.normal_world) < 0.0 ? Eigen::Vector3d(-hit.shading) : hit.shading;
+  const Eigen::Vector3d N = on_side(hit.shading, sample.normal_world);
   const double cosine = N.dot(L);
   if (cosine <= 0.0) return;
   const Material& material = twin.objects[hit.object].material;
@@ -221,7 +223,7 @@ std::optional<SceneHit> Reference::Impl::look_from(const Eigen::Vector3d& direct
   const auto other = scene.nearest(ray);
   if (!other) return std::nullopt;
   at = {.point_world_mm = ray.origin_mm + other->t_mm * direction,
-        .normal_world = other->normal.dot(direction) > 0.0 ? Eigen::Vector3d(-other->normal) : other->normal};
+        .normal_world = on_side(other->normal, -direction)};
   light(ray, *other, false, at);
   return other;
 }
@@ -262,7 +264,7 @@ PixelSample Reference::Impl::trace(const Ray& ray, const ReferenceQuadrature* in
   sample.triangle = hit->triangle;
   sample.t_mm = hit->t_mm;
   sample.point_world_mm = ray.origin_mm + hit->t_mm * ray.direction;
-  sample.normal_world = hit->normal.dot(ray.direction) > 0.0 ? Eigen::Vector3d(-hit->normal) : hit->normal;
+  sample.normal_world = on_side(hit->normal, -ray.direction);
   if (twin.projector) light(ray, *hit, true, sample);
   sample.lamp = lamp(*hit, sample);
   if (twin.projector && indirect) gather(*hit, *indirect, sample);

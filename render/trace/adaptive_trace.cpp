@@ -227,7 +227,6 @@ void AdaptiveTrace::take_back_unformed(std::vector<std::uint32_t>* pieces) {
   for (const FormedError& e : large)
     worse.push_back(std::max(e.irradiance / irradiance_target_, e.phase_rad / phase_target_rad_));
   const double most = largest_error_to_keep(worse, kShareOfFormed * static_cast<double>(n_lit_), kMostFormed);
-  const auto width = static_cast<std::uint32_t>(job_.out->mean.width);
   for (std::size_t i = 0; i < large.size(); ++i) {
     if (worse[i] <= most) {
       irradiance_squares += large[i].irradiance * large[i].irradiance;
@@ -235,8 +234,8 @@ void AdaptiveTrace::take_back_unformed(std::vector<std::uint32_t>* pieces) {
       continue;
     }
     const std::uint32_t place = large[i].place;
-    const std::uint32_t code = list_code(static_cast<int>(place % width), static_cast<int>(place / width));
-    (states_[place] == PixelState::facets ? *pieces : smooth_).push_back(code);
+    (states_[place] == PixelState::facets ? *pieces : smooth_)
+        .push_back(list_code_at(place, job_.out->mean.width));
     --n_lit_;  // counted again with its own sums
   }
   gray_squares_ += irradiance_squares;

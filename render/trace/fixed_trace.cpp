@@ -74,12 +74,10 @@ void run_own_harmonics(TraceDevice& device, const TraceJob& job, const SampleSet
     const auto [x0, y0] = corner_of(job.blocks[b]);
     find_unformed(*job.out, job.harmonics, {}, x0, y0, limits, &found[b]);
   }
-  const int width = job.out->mean.width;
   std::vector<std::uint32_t> places, codes;
   for (const auto& f : found)
     for (const FormedError& e : f) places.push_back(e.place);
-  for (const std::uint32_t place : places)
-    codes.push_back(list_code(static_cast<int>(place) % width, static_cast<int>(place) / width));
+  for (const std::uint32_t place : places) codes.push_back(list_code_at(place, job.out->mean.width));
   for (const PassPlan& pass : job.harmonics.own) {
     device.upload_pass(job, pass, samples, {});
     const std::size_t band =
