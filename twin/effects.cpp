@@ -161,6 +161,11 @@ std::vector<Effect> make_effects() {
           [](const Object& o) { return o.material.specular > 0.0; },
           [](Object& o) { o.material.specular = 0.0; },
           "[object.material] specular, shininess; or specular_model = \"ggx\", roughness"),
+      of_each(
+          &Twin::objects, EffectStage::light, "subsurface light",
+          "diffuse light that leaves where it came in",
+          [](const Object& o) { return o.material.mean_free_path_mm > 0.0; },
+          [](Object& o) { o.material.mean_free_path_mm = 0.0; }, "[object.material] mean_free_path_mm"),
       of_each(&Twin::objects, EffectStage::light, "albedo map", "one reflectivity per object", has_map,
               drop_map, "albedo_file of a plane; a measured shape has its own"),
       interreflection(),

@@ -193,6 +193,10 @@ const Object* Twin::find_object(const std::string& object) const {
   return it == objects.end() ? nullptr : &*it;
 }
 
+bool Twin::has_subsurface() const {
+  return std::ranges::any_of(objects, [](const Object& o) { return o.material.mean_free_path_mm > 0.0; });
+}
+
 Triangulate Twin::triangulate() const {
   return measure.triangulate.value_or(cameras.size() >= 2 ? Triangulate::stereo : Triangulate::projector);
 }

@@ -261,12 +261,16 @@ struct Material {
   enum class Specular { phong, ggx };
   Specular specular_model = Specular::phong;
   double roughness = 0.5;  ///< ggx: alpha = roughness^2; `specular` is the reflectance at normal incidence
+  /// How far light goes below the surface between two changes of its direction, on average; 0: the diffuse
+  /// light leaves where it came in.
+  double mean_free_path_mm = 0.0;
 };
 template <class Keys>
 void list_keys(Keys& keys, const Material*) {
   keys("diffuse", &Material::diffuse, NumberRange::between(0.0, 1.0));
   keys("specular", &Material::specular, NumberRange::not_negative());
   keys("shininess", &Material::shininess, NumberRange::positive());
+  keys("mean_free_path_mm", &Material::mean_free_path_mm, NumberRange::between(0.0, 100.0));
   keys("specular_model"), keys("roughness");
 }
 
@@ -368,6 +372,8 @@ struct Twin {
   std::vector<std::filesystem::path> input_files;                ///< every file read, for inputs_sha256
 
   const Object* find_object(const std::string& name) const;
+  /// Returns whether light goes below the surface of any object.
+  bool has_subsurface() const;
   /// Returns how the rig triangulates: what the file says, else its default.
   Triangulate triangulate() const;
   /// Returns the side of the square that a pixel of the camera's image gathers light from, px of the image.

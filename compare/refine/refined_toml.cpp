@@ -185,6 +185,8 @@ void add_object(std::vector<TomlBlock>& blocks, const Object& before, const Obje
                fmt::format("{}", after.material.diffuse));
   material.key("specular", fmt::format("{}", before.material.specular),
                fmt::format("{}", after.material.specular));
+  material.key("mean_free_path_mm", fmt::format("{}", before.material.mean_free_path_mm),
+               fmt::format("{}", after.material.mean_free_path_mm));
   material.append_to(blocks);
 }
 

@@ -183,7 +183,7 @@ bool may_form_harmonics(const Twin& twin) {
   const Projector& p = *twin.projector;
   return is_linear(p.response) && twin.fringes.waveform.kind == Waveform::Kind::sine &&
          twin.fringes.has_harmonics() && !p.optics && !p.pixel_structure && !p.has_blur_field() &&
-         twin.render.bounces == 0 && twin.render.pixel_fill > 0.0;
+         twin.render.bounces == 0 && !twin.has_subsurface() && twin.render.pixel_fill > 0.0;
 }
 
 HarmonicsPlan plan_harmonics(const Twin& twin, const Camera& camera, const SeriesTable& series,

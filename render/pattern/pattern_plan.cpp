@@ -202,6 +202,9 @@ void refuse_combinations(const Twin& twin) {
     refuse(
         "harmonics that vary over the projector's image cannot be combined with its pixels or with bounces",
         "leave out harmonics_field");
+  if (twin.has_subsurface() && (p.pixel_structure || p.optics))
+    refuse("light below surfaces cannot be combined with the projector's pixels or its defocus",
+           "leave out mean_free_path_mm, or describe the defocus by blur_px");
   if (p.blur_px > 0.0 && gaps && images)
     refuse("pattern images with gaps between the pixels cannot be blurred",
            "use blur_px = 0 or pixel_fill = 1");
@@ -290,6 +293,11 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
     }
   }
   std::ranges::stable_sort(direct, {}, &DirectSlot::kind);
+  if (twin.has_subsurface() && !direct.empty() && direct.front().kind < DirectSlot::Kind::gray)
+    throw UserError(ExitCode::usage, twin.file.string(),
+                    "light below surfaces cannot be rendered with patterns that need a table (a halo, a code "
+                    "whose edges overlap, a response or waveform of too many harmonics)",
+                    "leave out mean_free_path_mm, or that of the projector");
 
   // The passes get even shares, so that the passes can use the same pipeline where the counts agree.
   std::size_t most_direct = MAX_DIRECT;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -17,6 +18,7 @@
 #include "render/reference/reference_material.hpp"
 #include "render/reference/reference_pattern.hpp"
 #include "render/reference/reference_scene.hpp"
+#include "render/reference/reference_subsurface.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
@@ -106,19 +108,22 @@ struct Reference::Impl {
   ReferenceScene scene;
   std::vector<PatternSpec> sequence;
   std::vector<ReferencePattern> patterns;
+  std::vector<PatternSpectrum> spectra;  // of the patterns, where any object lets light in
   bool linear = true;
 
   explicit Impl(const Twin& t);
+  void find_spectra();
   std::optional<Ray> camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
                                 const Eigen::Vector2d& lens_uv) const;
   void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
+  void send_below(const Ray& ray, const SceneHit& hit, PixelSample& sample) const;
   double lamp(const SceneHit& hit, const PixelSample& sample) const;
   void gather(const SceneHit& hit, const ReferenceQuadrature& quadrature, PixelSample& sample) const;
   std::optional<SceneHit> look_from(const Eigen::Vector3d& direction, PixelSample& at) const;
   void follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
                    PixelSample& sample) const;
   void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
-  PixelSample trace(const Ray& ray, const ReferenceQuadrature* indirect = nullptr) const;
+  PixelSample trace(const Ray& ray, const ReferenceQuadrature* quadrature = nullptr) const;
   void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
 };
 
@@ -131,6 +136,23 @@ Reference::Impl::Impl(const Twin& t) : twin(t), scene(twin, farthest_start_mm(tw
     sequence = expand_sequence(twin.fringes);
     for (std::size_t i = 0; i < sequence.size() && !sequence[i].is_image(); ++i)  // images are the last ones
       patterns.emplace_back(twin, sequence[i], twin.projector->image_shift_px(i));
+    if (twin.has_subsurface()) find_spectra();
+  }
+}
+
+// A code repeats beyond its last word.
+void Reference::Impl::find_spectra() {
+  for (std::size_t i = 0; i < patterns.size(); ++i) {
+    const DirectionFringes& direction = twin.fringes.directions[sequence[i].direction];
+    const bool step = sequence[i].kind == PatternSpec::Kind::phase_step;
+    const double pitch = direction.pitches_px.at(step ? sequence[i].pitch : 0);
+    const int words = step ? 1 : 1 << direction.gray->bits;
+    spectra.emplace_back(
+        [&](double x) {
+          return patterns[i](direction.axis == Axis::x ? Eigen::Vector2d(x, 0.0) : Eigen::Vector2d(0.0, x),
+                             Eigen::Vector2d::Zero());
+        },
+        pitch * words, step ? 256 : 64 * words);
   }
 }
 
@@ -180,6 +202,34 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, Pixe
   sample.weight = projector.intensity * falloff * reflected * reference_pixel_gaps(projector, *q) *
                   reference_light_field(projector, *q);
   sample.defocus_px = reference_defocus_px(projector, (projector.T_proj_world * sample.point_world_mm).z());
+}
+
+// Makes of the diffuse light of a lit sample light that has been below the surface.
+void Reference::Impl::send_below(const Ray& ray, const SceneHit& hit, PixelSample& sample) const {
+  constexpr double kStepMm = 1e-3;
+  PixelSample diffuse = {.point_world_mm = sample.point_world_mm, .normal_world = sample.normal_world};
+  light(ray, hit, false, diffuse);
+  if (diffuse.weight == 0.0) return;
+  const Material& material = twin.objects[hit.object].material;
+  const Projector& projector = *twin.projector;
+  const Eigen::Vector3d& N = sample.normal_world;
+  const Eigen::Vector3d L = (projector_center - sample.point_world_mm).normalized();
+  const std::array axes{N.unitOrthogonal(), Eigen::Vector3d(N.cross(N.unitOrthogonal()))};
+  BelowSurface below{.mean_free_path_mm = material.mean_free_path_mm,
+                     .albedo = material.diffuse * hit.albedo};
+  for (int k = 0; k < 2; ++k) {
+    below.to_light[k] = axes[k].dot(L);
+    below.to_viewer[k] = -axes[k].dot(ray.direction);
+    const auto at = [&](double side) {
+      return projector.lens.project(projector.T_proj_world *
+                                    (sample.point_world_mm + side * kStepMm * axes[k]));
+    };
+    const auto before = at(-1.0), after = at(1.0);
+    if (!before || !after) return;
+    below.px_per_mm.col(k) = (*after - *before) / (2.0 * kStepMm);
+  }
+  sample.weight -= diffuse.weight;
+  sample.indirect.push_back({diffuse.weight, sample.projector_px, sample.defocus_px, below});
 }
 
 // Lambert's law alone, for parallel light.
@@ -256,7 +306,7 @@ void Reference::Impl::follow_back(const SceneHit& hit, const PixelSample& from, 
   }
 }
 
-PixelSample Reference::Impl::trace(const Ray& ray, const ReferenceQuadrature* indirect) const {
+PixelSample Reference::Impl::trace(const Ray& ray, const ReferenceQuadrature* quadrature) const {
   PixelSample sample;
   const auto hit = scene.nearest(ray);
   if (!hit) return sample;
@@ -267,7 +317,9 @@ PixelSample Reference::Impl::trace(const Ray& ray, const ReferenceQuadrature* in
   sample.normal_world = on_side(hit->normal, -ray.direction);
   if (twin.projector) light(ray, *hit, true, sample);
   sample.lamp = lamp(*hit, sample);
-  if (twin.projector && indirect) gather(*hit, *indirect, sample);
+  if (!twin.projector || !quadrature) return sample;
+  if (twin.objects[hit->object].material.mean_free_path_mm > 0.0) send_below(ray, *hit, sample);
+  if (twin.render.bounces > 0) gather(*hit, *quadrature, sample);
   return sample;
 }
 
@@ -280,7 +332,7 @@ void Reference::Impl::add(const PixelSample& s, double weight, ReferencePixel& p
     pixel.irradiance[i] += room.empty() ? ambient : ambient * room.at(i);
   }
   for (const IndirectLight& l : s.indirect)
-    add_light({weight * l.weight, l.projector_px, l.defocus_px}, pixel);
+    add_light({weight * l.weight, l.projector_px, l.defocus_px, l.below}, pixel);
   if (s.lit) add_light({weight * s.weight, s.projector_px, s.defocus_px}, pixel);
 }
 
@@ -297,8 +349,13 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
       const double r = fringes.axis == Axis::x ? s.defocus_px.x() : s.defocus_px.y();
       const double v = 2.0 * pi * r / fringes.pitches_px[p];
       const double contrast = std::exp(-2.0 * u * u) * (v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v);
-      pixel.cosine[d][p] += w * contrast * std::cos(theta);
-      pixel.sine[d][p] += w * contrast * std::sin(theta);
+      const Eigen::Vector2d k =
+          2.0 * pi / fringes.pitches_px[p] *
+          (fringes.axis == Axis::x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY());
+      const std::complex<double> kept = s.below ? reference_kept_below(*s.below, k) : 1.0;
+      const std::complex<double> light = w * contrast * std::polar(1.0, theta) * kept;
+      pixel.cosine[d][p] += light.real();
+      pixel.sine[d][p] += light.imag();
     }
   }
   for (std::size_t i = 0; i < sequence.size(); ++i) {
@@ -310,7 +367,14 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
           now * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
       continue;
     }
-    pixel.irradiance[i] += now * patterns[i](s.projector_px, s.defocus_px);
+    if (!s.below) {
+      pixel.irradiance[i] += now * patterns[i](s.projector_px, s.defocus_px);
+      continue;
+    }
+    const bool along_x = twin.fringes.directions[sequence[i].direction].axis == Axis::x;
+    pixel.irradiance[i] +=
+        now * spectra[i].value(along_x ? s.projector_px.x() : s.projector_px.y(),
+                               along_x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY(), *s.below);
   }
 }
 
@@ -376,8 +440,8 @@ ReferencePixel Reference::without_texture(std::size_t camera, int x, int y,
       for (const auto& [uv, lens_weight] : lens) {
         const Eigen::Vector2d q(x + px * dx, y + px * dy);
         if (const auto ray = impl_->camera_ray(camera, q, uv))
-          impl_->add(impl_->trace(*ray, twin.render.bounces > 0 ? &quadrature : nullptr),
-                     wx * wy * lens_weight * reference_vignetting(device, q), out);
+          impl_->add(impl_->trace(*ray, &quadrature), wx * wy * lens_weight * reference_vignetting(device, q),
+                     out);
       }
   out.irradiance = reference_exposed(device, y, out.irradiance);
   const std::vector<double>& exposures = device.exposure_factors;

@@ -5,17 +5,20 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "render/reference/reference_subsurface.hpp"
 #include "twin/base/not_copyable.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::render {
 
-/// Light that reaches a sample over another surface.
+/// Light that reaches a sample over another surface, or from below a surface.
 struct IndirectLight {
   double weight = 0.0;
   Eigen::Vector2d projector_px, defocus_px;
+  std::optional<BelowSurface> below = {};  ///< light that has been below the surface that it is seen on
 };
 
 struct PixelSample {
@@ -29,7 +32,7 @@ struct PixelSample {
   double lamp = 0.0;    ///< irradiance by the room's lamp
   Eigen::Vector2d projector_px = Eigen::Vector2d::Zero();  ///< where lit
   Eigen::Vector2d defocus_px = Eigen::Vector2d::Zero();    ///< circle of confusion, radius per axis
-  std::vector<IndirectLight> indirect = {};                ///< with [render] bounces, in pixel() only
+  std::vector<IndirectLight> indirect = {};  ///< with bounces or mean free paths, in pixel() only
 };
 
 /// n x n Gauss-Legendre nodes over the pixel's square; with depth of field also lens_rings x

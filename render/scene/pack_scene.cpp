@@ -175,6 +175,7 @@ class Packer {
     scene.primitives.push_back(primitive);
     scene.materials.push_back({static_cast<float>(material_.diffuse), static_cast<float>(material_.specular),
                                static_cast<float>(lobe_width()), 0.0F});
+    scene.below_surfaces.push_back({static_cast<float>(material_.mean_free_path_mm), 0.0F, 0.0F, 0.0F});
     if (material_.specular > 0.0) scene.specular |= is_ggx() ? SPECULAR_GGX : SPECULAR_PHONG;
     scene.object_of_primitive.push_back(object_);
     scene.triangles_of_primitive.push_back(n_triangles);
@@ -220,6 +221,8 @@ PackedScene pack_scene(const Twin& twin, const Camera& camera, MeshStore& store)
 
   PackedScene scene = std::move(packer.scene);
   number_surfaces(&scene);
+  if (std::ranges::none_of(scene.below_surfaces, [](const gpu::vec4& below) { return below.x > 0.0F; }))
+    scene.below_surfaces.clear();
   const std::size_t n = scene.object_of_primitive.size();
   scene.one_convex =
       n == 1 && std::ranges::none_of(twin.objects, [](const Object& o) { return shades_itself(o.shape); });

@@ -26,6 +26,7 @@ struct BoundingSphere {
 struct PackedScene {
   std::vector<std::array<Double4, 4>> primitives;   ///< layouts: shaders/shapes.glsl, shaders/mesh.glsl
   std::vector<gpu::vec4> materials;                 ///< per primitive, BIND_MATERIALS
+  std::vector<gpu::vec4> below_surfaces;            ///< per primitive, behind them where any lets light in
   std::vector<int> object_of_primitive;             ///< index in Twin::objects
   std::vector<std::size_t> triangles_of_primitive;  ///< 1 for analytic shapes
   std::size_t n_surfaces = 0;                       ///< all of them together

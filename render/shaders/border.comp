@@ -20,7 +20,7 @@ void main() {
   start_walks(uvec2(pixel.xy));
   PixelRays rays = pixel_rays(vec2(pixel));
   vec4 c = probe_at(pixel);
-  Seen centre = Seen(c.z, c.w, real2(c.xy));
+  Seen centre = Seen(c.z, c.w, real2(c.xy), NEVER_BELOW);
   bool mesh = N_MESHES > 0 && c.w > 0.0 && primitive_of(c.w) >= FIRST_MESH;
   bool crossed = false;
   float swing = 0.0;

@@ -3,13 +3,6 @@
 // of n carries 1/n of the radiance seen along it: two Hammersley sets one after the other, each shifted at
 // random, whose difference tells the noise.
 
-// Orthonormal basis: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
-void basis(vec3 n, out vec3 t, out vec3 b) {
-  float s = n.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + n.z), c = n.x * n.y * a;
-  t = vec3(1.0 + s * n.x * n.x * a, s * c, -s * n.x);
-  b = vec3(c, s + n.y * n.y * a, -n.y);
-}
-
 // Direction k of n; n is even.
 vec3 bounce_direction(uint k, uint n, uint seed, vec3 normal, vec3 t, vec3 b) {
   uint half_n = n / 2u, set = k < half_n ? 0u : 1u, i = k - set * half_n;

@@ -104,6 +104,10 @@ void main() {
   // Nothing lit: only ambient light can tell one unlit surface from another or from nothing.
   if (!any_light && (!ambient || all_hit || !any_hit)) kind = PIXEL_DONE;
 
+  if (SUBSURFACE != 0 && in_image(pixel)) {
+    int more = int(params.image.x * params.image.y) + PROBE_MORE * (pixel.y * int(params.image.x) + pixel.x);
+    below = unpack_below(texelFetch(probe, more), texelFetch(probe, more + 1), texelFetch(probe, more + 2));
+  }
   Derivatives d;
   vec3 v0 = c.xyz, xm = near[3].xyz, xp = near[5].xyz, ym = near[1].xyz, yp = near[7].xyz;
   vec3 xm2 = far[0].xyz, xp2 = far[1].xyz, ym2 = far[2].xyz, yp2 = far[3].xyz;
@@ -142,6 +146,12 @@ void main() {
     float im = half_fill * (d.x.z * mx.y * my.x + d.y.z * mx.x * my.y) +                                 \
                w0 * q * (0.5 * hxx * xx + hxy * xy + 0.5 * hyy * yy);                                    \
     float s = sin(theta), co = cos(theta);                                                               \
+    if (SUBSURFACE != 0) { /* as at the centre: it varies little over the pixel */                       \
+      vec2 left = pair_from_below(i);                                                                   \
+      float kept_re = re * left.x - im * left.y;                                                         \
+      im = re * left.y + im * left.x;                                                                    \
+      re = kept_re;                                                                                      \
+    }                                                                                                    \
     cosine[i] = lit ? re * co - im * s : 0.0;                                                            \
     sine[i] = lit ? re * s + im * co : 0.0;                                                              \
     float third_x = k * abs(dot(pitch.zw, d.third_x.xy)), third_y = k * abs(dot(pitch.zw, d.third_y.xy)); \

@@ -63,6 +63,7 @@ struct Look {
   float w;
   bool faces_light;
   real2 u;
+  Below below;
 };
 
 Look look_at_facet(const Primitive g, const PixelRays rays, int triangle, vec2 offset) {
@@ -73,6 +74,7 @@ Look look_at_facet(const Primitive g, const PixelRays rays, int triangle, vec2 o
   Look look;
   uint no_rays = 0;
   look.w = shade(hit, refined_point(hit, real3(0.0), d), vec3(d), look.u, no_rays);
+  look.below = below;
   vec3 to_light = params.projector_center.xyz - hit.p;
   look.faces_light = dot(hit.n, to_light) > 0.0 && dot(hit.n_geometric, to_light) > 0.0;
   return look;
@@ -81,6 +83,7 @@ Look look_at_facet(const Primitive g, const PixelRays rays, int triangle, vec2 o
 void add_look(const Look look, float weight) {
   float w = look.w * weight;
   mean += w;
+  below = look.below;
   add_patterns(w, w != 0.0 ? look.u : real2(0.0), cosine, sine, direct);
 }
 

@@ -79,7 +79,7 @@ void main() {
   uint shadow_rays = 0, rays_cast = 0;
   float unresolved = 0.0, finest = finest_fringe(), finest_to_sample = finest_swing();
   float low = 0.0, high = 0.0, slope = 0.0, position_before = -0.5;
-  Seen at_low = Seen(0.0, 0.0, real2(0.0)), at_high = at_low, last = at_low;
+  Seen at_low = Seen(0.0, 0.0, real2(0.0), NEVER_BELOW), at_high = at_low, last = at_low;
   int next = 0, halvings = 0;
   while (next < PROBES || halvings > 0) {
     bool halving = halvings > 0;
@@ -150,6 +150,7 @@ void main() {
       float w = seen.w * weight;
       mean += w;
       hits += seen.id != 0.0 ? weight : 0.0;
+      below = seen.below;
       add_patterns(w, w != 0.0 ? seen.u : real2(0.0), cosine, sine, direct);
     }
   }

@@ -4,6 +4,7 @@
 struct Seen {
   float w, id;
   real2 u;
+  Below below;
 };
 
 // No border worth finding lies between the two. Two facets of one lit mesh count as one surface unless
@@ -22,6 +23,7 @@ Seen look(const PixelRays rays, vec2 offset, inout uint shadow_rays) {
   Seen s;
   s.w = shade(hit, refined_point(hit, real3(0.0), d), vec3(d), s.u, shadow_rays);
   s.id = identity(hit, s.w);
+  s.below = below;
   return s;
 }
 

@@ -3,6 +3,8 @@
 // Output channels: mean, hit fraction, (cosine, sine) per pair, direct images. Higher harmonics follow
 // their fundamental and come from it by the addition theorem, without another cosine.
 
+#include "subsurface.glsl"
+
 const float MOST_FOOTPRINT_WORDS = 32.0;  // wider footprints (grazing, or far too fine a code) count as that
 const float MOST_FOOTPRINT_PX = 16.0;     // of an image
 
@@ -67,13 +69,17 @@ float more_blur(vec2 u) {
 // Sigma of the blur of images that are evaluated directly, px of the projector; set by set_blur().
 float blur_px = 0.0;
 void set_blur(vec2 u) { blur_px = BLUR_FIELD != 0 ? sqrt(params.light.z * params.light.z + more_blur(u)) : params.light.z; }
+// The same along an axis, with that of light that has been inside.
+float blur_along(vec2 axis) {
+  return SUBSURFACE != 0 ? sqrt(blur_px * blur_px + below_variance * below_spread_px2(axis)) : blur_px;
+}
 
 // Mean of a Gray image over the footprint; x in code words.
 float gray_value(real x, vec2 axis, float words_per_px, vec4 b) {
   float m = float(dot(axis, footprint_middle)) * words_per_px;
   float hx = abs(dot(axis, footprint_x)) * words_per_px, hy = abs(dot(axis, footprint_y)) * words_per_px;
   float most = MOST_FOOTPRINT_WORDS / max(hx + hy, MOST_FOOTPRINT_WORDS);
-  float wide = max(hx, hy) * most, narrow = min(hx, hy) * most, sigma = blur_px * words_per_px;
+  float wide = max(hx, hy) * most, narrow = min(hx, hy) * most, sigma = blur_along(axis) * words_per_px;
   real start = floor(x);
   float middle = float(x - start) + m, reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
   int base = int(start), last = int(floor(middle + reach));
@@ -93,16 +99,16 @@ float image_value(vec2 u, vec4 b) {
   vec2 middle = u - params.projector_edge.xz + footprint_middle;  // from the raster's corner, px
   vec2 fx = abs(footprint_x), fy = abs(footprint_y), sum_f = max(fx + fy, MOST_FOOTPRINT_PX);
   vec2 wide = max(fx, fy) * (MOST_FOOTPRINT_PX / sum_f), narrow = min(fx, fy) * (MOST_FOOTPRINT_PX / sum_f);
-  float sigma = blur_px;
-  vec2 reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
+  vec2 sigma = vec2(blur_along(vec2(1.0, 0.0)), blur_along(vec2(0.0, 1.0)));
+  vec2 reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : vec2(0.0));
   ivec2 start = ivec2(floor(middle - reach)), last = ivec2(floor(middle + reach)), size = ivec2(b.yz);
   float sum = 0.0, before_y = 0.0;
   for (int y = start.y; y <= last.y; ++y) {
-    float share_y = y < last.y ? share_left(float(y + 1) - middle.y, wide.y, narrow.y, sigma) : 1.0;
+    float share_y = y < last.y ? share_left(float(y + 1) - middle.y, wide.y, narrow.y, sigma.y) : 1.0;
     int row = int(b.x) + clamp(y, 0, size.y - 1) * size.x;
     float row_sum = 0.0, before_x = 0.0;
     for (int x = start.x; x <= last.x; ++x) {
-      float share_x = x < last.x ? share_left(float(x + 1) - middle.x, wide.x, narrow.x, sigma) : 1.0;
+      float share_x = x < last.x ? share_left(float(x + 1) - middle.x, wide.x, narrow.x, sigma.x) : 1.0;
       row_sum += (share_x - before_x) * texelFetch(waveforms, row + clamp(x, 0, size.x - 1)).x;
       before_x = share_x;
     }
@@ -175,6 +181,21 @@ float direct_value(int i, real2 u) {
   return sum;
 }
 
+// The same in light of which a share has been inside.
+float direct_value_from_below(int i, real2 u) {
+  const float IMAGE_PERIOD_PX = 16.0, CODE_PERIOD_WORDS = 4.0;  // of the finest code
+  vec4 a = params.direct[i];
+  vec2 x_axis = i < FIRST_IMAGE ? a.zw : vec2(1.0, 0.0), y_axis = i < FIRST_IMAGE ? vec2(0.0) : vec2(0.0, 1.0);
+  float period_px = i < FIRST_IMAGE ? CODE_PERIOD_WORDS / a.x : IMAGE_PERIOD_PX, scale = profile_scale(), sum = 0.0;
+  vec2 beside_px = x_axis * entered_beside_px(x_axis, period_px) + y_axis * entered_beside_px(y_axis, period_px);
+  for (int k = 0; k < BELOW_NORMALS; ++k) {
+    below_variance = BELOW_VARIANCE[k] * scale * scale;
+    sum += BELOW_SHARE[k] * direct_value(i, u + real2(beside_px));
+  }
+  below_variance = 0.0;
+  return mix(direct_value(i, u), sum, below.share);
+}
+
 float pitch_contrast(int i) {
   vec4 pitch = params.pitch[i];
   return disk_attenuation(TWO_PI * defocus * dot(pitch.zw, params.projector_f.xy) * pitch.x);
@@ -210,11 +231,12 @@ void add_patterns(float w, real2 u, inout float cosine[MAX_PITCHES], inout float
     if (DEFOCUS != 0) v *= pitch_contrast(i);                                   \
     if (BLUR_FIELD != 0) v *= exp(more * params.pitch[i].x * params.pitch[i].x); \
     if (BOUNCES != 0) v *= spread_attenuation(i);                               \
-    cosine[i] += v * c;                                                         \
-    sine[i] += v * s;                                                           \
+    vec2 left = SUBSURFACE != 0 ? pair_from_below(i) : vec2(1.0, 0.0);         \
+    cosine[i] += SUBSURFACE != 0 ? v * (c * left.x - s * left.y) : v * c;       \
+    sine[i] += SUBSURFACE != 0 ? v * (s * left.x + c * left.y) : v * s;         \
   }
 #define ADD_DIRECT(i) \
-  if (i < N_DIRECT) direct[i] += w * direct_value(i, u);
+  if (i < N_DIRECT) direct[i] += w * (SUBSURFACE != 0 ? direct_value_from_below(i, u) : direct_value(i, u));
   REPEAT32(ADD_PITCH)
   REPEAT16(ADD_DIRECT)
 }

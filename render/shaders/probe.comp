@@ -4,6 +4,7 @@
 // surface it saw. The adaptive trace decides from these what each pixel needs.
 #extension GL_GOOGLE_include_directive : require
 #include "ray.glsl"
+#include "subsurface.glsl"
 #include "shade.glsl"
 #include "work_items.glsl"
 #include "identity.glsl"
@@ -19,7 +20,13 @@ void main() {
   real2 u;
   uint shadow_rays = 0;
   float w = shade(hit, refined_point(hit, real3(0.0), d), vec3(d), u, shadow_rays);
-  if (in_image(ivec2(pixel)))
-    probe_out[pixel.y * params.image.x + pixel.x] = vec4(w > 0.0 ? vec2(u) : vec2(0.0), w, identity(hit, w));
+  if (in_image(ivec2(pixel))) {
+    uint at = pixel.y * params.image.x + pixel.x;
+    probe_out[at] = vec4(w > 0.0 ? vec2(u) : vec2(0.0), w, identity(hit, w));
+    if (SUBSURFACE != 0) {
+      at = params.image.x * params.image.y + PROBE_MORE * at;
+      PACK_BELOW(probe_out, at)
+    }
+  }
   report_status(pixel, shadow_rays);
 }

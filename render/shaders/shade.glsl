@@ -19,6 +19,40 @@ float ggx_lobe(const Hit hit, vec3 l, vec3 v, float cos_l) {
   return cos_v > 0.0 && hit.material.y > 0.0 ? f * d * cos_l / (g_l * g_v) : 0.0;
 }
 
+// Orthonormal basis: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+void basis(vec3 n, out vec3 t, out vec3 b) {
+  float s = n.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + n.z), c = n.x * n.y * a;
+  t = vec3(1.0 + s * n.x * n.x * a, s * c, -s * n.x);
+  b = vec3(c, s + n.y * n.y * a, -n.y);
+}
+
+// Sets what the light that a lit hit sends to the camera along v has been through. Its light comes along -l; `share`:
+// of it that is reflected by the diffuse law.
+void set_below(const Hit hit, real3 p, vec3 l, vec3 v, real2 u, float share, bool lit) {
+  const float STEP = 0.25;  // of the mean free path: the projector's coordinates are linear over it
+  float path_mm = texelFetch(material_data, FIRST_MESH + N_MESHES + max(hit.primitive, 0)).x;
+  float step_mm = max(STEP * path_mm, 1e-3), kept = defocus;
+  vec3 t, b;
+  basis(hit.n_geometric, t, b);
+  real2 moved_t, moved_b;
+  project(p + real3(step_mm * t), moved_t);
+  project(p + real3(step_mm * b), moved_b);
+  defocus = kept;
+  vec2 per_t = vec2(moved_t - u) * (path_mm / step_mm), per_b = vec2(moved_b - u) * (path_mm / step_mm);
+  float most = max(max(abs(per_t.x), abs(per_t.y)), max(abs(per_b.x), abs(per_b.y)));
+  bool goes_in = lit && path_mm > 0.0 && most < 1e4;  // not beyond the projector's horizon
+  vec2 light = vec2(dot(t, l), dot(b, l)) / REFRACTION, viewer = vec2(dot(t, v), dot(b, v)) / REFRACTION;
+  float s = scattering_of_albedo(hit.material.x);
+  below.spread_px2 = vec3(per_t.x * per_t.x + per_b.x * per_b.x, per_t.x * per_t.y + per_b.x * per_b.y,
+                          per_t.y * per_t.y + per_b.y * per_b.y);
+  below.light_px = per_t * light.x + per_b * light.y;
+  below.viewer_px = per_t * viewer.x + per_b * viewer.y;
+  below.cosines = sqrt(1.0 - vec2(dot(light, light), dot(viewer, viewer)));
+  below.lost = 3.0 * s * s;
+  below.share = share;
+  if (!goes_in) below = NEVER_BELOW;
+}
+
 // Irradiance per unit pattern value of one hit (paper eq. 6 plus Phong), 0 where unlit.
 // `u` = projector coordinate minus the principal point.
 float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays) {
@@ -32,9 +66,9 @@ float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays)
     shadow_rays += lit ? 1 : 0;
     lit = !occluded(hit, to_light, lit, true) && lit;
   }
-  float w = hit.material.x * (1.0 / PI) * cos_l;
+  float w = hit.material.x * (1.0 / PI) * cos_l, diffuse = w;
+  vec3 to_eye = -d / sqrt(dot(d, d));
   if (SPECULAR != 0) {
-    vec3 to_eye = -d / sqrt(dot(d, d));
     bool ggx = (SPECULAR & SPECULAR_GGX) != 0 && hit.material.z < 0.0;
     if ((SPECULAR & SPECULAR_PHONG) != 0) {
       float cos_r = dot(2.0 * cos_l * hit.n - l, to_eye);
@@ -42,6 +76,7 @@ float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays)
     }
     if ((SPECULAR & SPECULAR_GGX) != 0) w += ggx ? ggx_lobe(hit, l, to_eye, cos_l) : 0.0;
   }
+  if (SUBSURFACE != 0) set_below(hit, p, l, to_eye, u, w > 0.0 ? diffuse / w : 0.0, lit);
   if (FALLOFF != 0) w *= params.light.x / distance_sq;
   if (PIXEL_GAPS != 0) w *= pixel_gaps(u);
   if (LIGHT_FIELD != 0) w *= light_field(vec2(u));

@@ -32,7 +32,8 @@ struct uvec4 {
 // ---- bindings (set 0)
 #define BIND_PARAMS 0
 #define BIND_PRIMITIVES 1  // 4 x vec4 each, then what rounding to float left of them
-#define BIND_MATERIALS 2   // diffuse, specular, shininess or -alpha (GGX), 0
+#define BIND_MATERIALS 2   // diffuse, specular, shininess or -alpha (GGX), first surface; then, with SUBSURFACE,
+                           // per primitive mean free path mm, 0, 0, 0
 #define BIND_NODES 3       // BVH nodes, 4 x ivec4 each
 #define BIND_TRIANGLES 4   // 3 x vec4 vertices each
 #define BIND_CORNERS 5     // 3 x vec4 (normal, albedo) each
@@ -48,7 +49,8 @@ struct uvec4 {
 #define BIND_OBJECTS 13
 #define BIND_STATUS 14  // [0] truncated invocations, [1] shadow rays
 #define BIND_PIXELS 15  // list of pixels: x | y << 15 | scan along y << 31
-#define BIND_PROBE 16   // what the centre rays saw, one texel per pixel: u (2), w, identity (identity.glsl)
+#define BIND_PROBE 16   // what the centre rays saw, one texel per pixel: u (2), w, identity (identity.glsl);
+                        // then, with SUBSURFACE, PROBE_MORE texels per pixel: Below (subsurface.glsl)
 #define BIND_PROBE_OUT 17
 #define BIND_LINKS 18      // per triangle of each mesh instance: neighbours opposite its corners, LINK_ bits
 #define BIND_STARTS 19     // per mesh instance and tile of pixels: a triangle near by, -1 none
@@ -82,7 +84,7 @@ struct uvec4 {
   X(14, N_PERIODIC, 0, pass.count(DirectSlot::Kind::periodic)) \
   X(15, N_AXIS, 0, pass.count(DirectSlot::Kind::axis)) \
   X(16, N_GRAY, 0, pass.count(DirectSlot::Kind::gray)) \
-  X(17, GRAY_BLUR, 0, projector.least_blur_px() > 0.0) /* Gaussian edges of Gray images */ \
+  X(17, GRAY_BLUR, 0, projector.least_blur_px() > 0.0 || !scene.below_surfaces.empty()) /* Gaussian edges of Gray images */ \
   X(18, N_IMAGES, 0, pass.count(DirectSlot::Kind::image)) \
   X(19, PIXEL_LIST, 0, 0) /* pixels from the list instead of whole blocks: set per dispatch */ \
   X(20, FUNDAMENTALS, -1, pass.fundamentals()) /* bit i: pair i starts a pitch; the others are the next harmonic of the pair before */ \
@@ -96,7 +98,8 @@ struct uvec4 {
   X(28, LIGHT_FIELD, 0, projector.has_light_field()) /* and so does the light */ \
   X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */ \
   X(30, MORE_BOUNCES, 0, cells.has_value()) /* light that has come over two surfaces and more */ \
-  X(31, WRITE_PLACES, 0, 0) /* what each direction meets: set by who uses it */
+  X(31, WRITE_PLACES, 0, 0) /* what each direction meets: set by who uses it */ \
+  X(32, SUBSURFACE, 0, !scene.below_surfaces.empty()) /* light that goes below surfaces */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -128,6 +131,8 @@ struct uvec4 {
 #define PIXEL_MIXED_Y 4 // the same, its edges run rather along x: scan along y
 #define PIXEL_OUTLINE 5 // as mixed, but with facets of one mesh and nothing else
 #define PIXEL_OUTLINE_Y 6
+
+#define PROBE_MORE 3
 
 // What eight rays along a pixel's border tell.
 #define BORDER_SMOOTH 0   // no edge

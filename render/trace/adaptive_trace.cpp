@@ -147,7 +147,8 @@ void AdaptiveTrace::gather(const Sums& sums, std::size_t first, std::size_t n,
 // Traces the centre ray of every pixel and notes the object that it saw.
 void AdaptiveTrace::probe() {
   const auto n_pixels = job_.out->mean.size();
-  device_.reserve(BIND_PROBE, n_pixels * sizeof(gpu::vec4)).clear();
+  const std::size_t texels = job_.scene.below_surfaces.empty() ? 1 : 1 + PROBE_MORE;
+  device_.reserve(BIND_PROBE, texels * n_pixels * sizeof(gpu::vec4)).clear();
   const PassPlan nothing;
   pass_ = &nothing;
   const SampleSetup none;
@@ -317,8 +318,9 @@ bool can_trace_adaptively(const Twin& twin, const Camera& camera, const PackedSc
         (!weak && std::ranges::any_of(pass.pitches, [](const PitchSlot& p) { return p.harmonic > 1; })))
       return false;
   const Lens& lens = camera.lens;
-  const std::size_t n_pixels = static_cast<std::size_t>(lens.width()) * lens.height();
-  if (n_pixels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_pixels > limits.maxTexelBufferElements)
+  const std::size_t n_pixels = static_cast<std::size_t>(lens.width()) * lens.height(),
+                    n_texels = n_pixels * (scene.below_surfaces.empty() ? 1 : 1 + PROBE_MORE);
+  if (n_texels * sizeof(gpu::vec4) > limits.maxStorageBufferRange || n_texels > limits.maxTexelBufferElements)
     return false;
   // The closed form and the scan lines know neither defocus, a blur that varies, raster or texture nor light
   // of a lamp.

@@ -225,7 +225,9 @@ void TraceDevice::upload_scene(const TraceJob& job) {
     for (const Double4& v : p) primitives.push_back(rest_of(v));
   }
   fill(BIND_PRIMITIVES, primitives);
-  fill(BIND_MATERIALS, job.scene.materials);
+  std::vector<gpu::vec4> materials = job.scene.materials;
+  materials.insert(materials.end(), job.scene.below_surfaces.begin(), job.scene.below_surfaces.end());
+  fill(BIND_MATERIALS, materials);
   fill(BIND_LENS_GRID, job.lens.nodes);
   fill(BIND_PROJECTOR_GRID, job.projector.table.nodes);
   fill(BIND_BLOCKS, job.blocks);
