@@ -58,7 +58,7 @@ struct PlaneRig {
     twin.projector->T_proj_world = seen_from(light_rad, kFarMm);
     twin.projector->lens = Lens("LENSMODEL_PINHOLE", {kFocalPx, kFocalPx, 960, 540}, {1920, 1080}, "far");
     twin.projector->inverse_square = false;
-    DirectionFringes x{.axis = Axis::x};
+    DirectionFringes x{Axis::x, {}, {}, {}};
     for (const double pitch_mm : pitches_mm) {
       x.pitches_px.push_back(pitch_mm * std::cos(light_rad) * kFocalPx / kFarMm);
       x.phase_origin_px.push_back(0.0);
@@ -227,8 +227,7 @@ TEST(Subsurface, EdgesOfACodeAreBlurredAndBeside) {
   const Agreement blurred = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 5)),
                   sharp = [&] {
                     const auto truth = reference_block(render::Reference(twin), 0, whole_image(twin, 0, 5));
-                    return compare(twin, 0, shared_renderer()->render(with_path(twin, 0.0), 0).irradiance,
-                                   truth);
+                    return compare(twin, 0, render_fixed(with_path(twin, 0.0)).irradiance, truth);
                   }();
   std::cout << "a code: " << blurred.text() << "; without " << sharp.text() << '\n';
   EXPECT_LE(blurred.gray_rms, 0.02);
@@ -239,10 +238,10 @@ TEST(Subsurface, WithTheProjectorsPixelsOrDefocusIsRefused) {
   REQUIRE_RENDERER();
   Twin twin = with_path(window(tilted_plane()), 0.4);
   twin.projector->optics = Optics{.f_number = 2.8, .focal_length_mm = 12.0, .focus_distance_mm = 300.0};
-  EXPECT_THROW(shared_renderer()->render(twin, 0), UserError);
+  EXPECT_THROW(render_fixed(twin), UserError);
   twin.projector->optics.reset();
   twin.projector->pixel_structure = true;
-  EXPECT_THROW(shared_renderer()->render(twin, 0), UserError);
+  EXPECT_THROW(render_fixed(twin), UserError);
 }
 
 }  // namespace
