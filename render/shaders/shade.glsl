@@ -26,19 +26,24 @@ void basis(vec3 n, out vec3 t, out vec3 b) {
   b = vec3(c, s + n.y * n.y * a, -n.y);
 }
 
+// Half of what the projector's coordinates change from one side of a place to the other.
+vec2 px_beside(real3 p, vec3 side) {
+  real2 before, after;
+  project(p - real3(side), before);
+  project(p + real3(side), after);
+  return 0.5 * vec2(after - before);
+}
+
 // Sets what the light that a lit hit sends to the camera along v has been through. Its light comes along -l; `share`:
 // of it that is reflected by the diffuse law.
-void set_below(const Hit hit, real3 p, vec3 l, vec3 v, real2 u, float share, bool lit) {
-  const float STEP = 0.25;  // of the mean free path: the projector's coordinates are linear over it
+void set_below(const Hit hit, real3 p, vec3 l, vec3 v, float share, bool lit) {
+  const float STEP = 0.25;  // of the mean free path, to both sides
   float path_mm = texelFetch(material_data, FIRST_MESH + N_MESHES + max(hit.primitive, 0)).x;
   float step_mm = max(STEP * path_mm, 1e-3), kept = defocus;
   vec3 t, b;
   basis(hit.n_geometric, t, b);
-  real2 moved_t, moved_b;
-  project(p + real3(step_mm * t), moved_t);
-  project(p + real3(step_mm * b), moved_b);
+  vec2 per_t = px_beside(p, step_mm * t) * (path_mm / step_mm), per_b = px_beside(p, step_mm * b) * (path_mm / step_mm);
   defocus = kept;
-  vec2 per_t = vec2(moved_t - u) * (path_mm / step_mm), per_b = vec2(moved_b - u) * (path_mm / step_mm);
   float most = max(max(abs(per_t.x), abs(per_t.y)), max(abs(per_b.x), abs(per_b.y)));
   bool goes_in = lit && path_mm > 0.0 && most < 1e4;  // not beyond the projector's horizon
   vec2 light = vec2(dot(t, l), dot(b, l)) / REFRACTION, viewer = vec2(dot(t, v), dot(b, v)) / REFRACTION;
@@ -76,7 +81,7 @@ float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays)
     }
     if ((SPECULAR & SPECULAR_GGX) != 0) w += ggx ? ggx_lobe(hit, l, to_eye, cos_l) : 0.0;
   }
-  if (SUBSURFACE != 0) set_below(hit, p, l, to_eye, u, w > 0.0 ? diffuse / w : 0.0, lit);
+  if (SUBSURFACE != 0) set_below(hit, p, l, to_eye, w > 0.0 ? diffuse / w : 0.0, lit);
   if (FALLOFF != 0) w *= params.light.x / distance_sq;
   if (PIXEL_GAPS != 0) w *= pixel_gaps(u);
   if (LIGHT_FIELD != 0) w *= light_field(vec2(u));

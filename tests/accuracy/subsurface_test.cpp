@@ -224,9 +224,9 @@ TEST(Subsurface, EdgesOfACodeAreBlurredAndBeside) {
   Twin twin = with_path(window(tilted_plane()), 0.4);
   twin.fringes.directions = {{Axis::x, {16.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}}};
   twin.fringes.unwrap = Unwrap::gray;
-  const Agreement blurred = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 5)),
+  const Agreement blurred = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 13)),
                   sharp = [&] {
-                    const auto truth = reference_block(render::Reference(twin), 0, whole_image(twin, 0, 5));
+                    const auto truth = reference_block(render::Reference(twin), 0, whole_image(twin, 0, 13));
                     return compare(twin, 0, render_fixed(with_path(twin, 0.0)).irradiance, truth);
                   }();
   std::cout << "a code: " << blurred.text() << "; without " << sharp.text() << '\n';
