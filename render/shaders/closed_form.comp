@@ -31,6 +31,18 @@ vec3 moments(float h) {
   return abs(h) < 1.0 ? series : closed;
 }
 
+// What the light of a pixel's centre ray has been through, as probe.comp wrote it.
+Below below_at(ivec2 pixel) {
+  if (!in_image(pixel)) return NEVER_BELOW;
+  int at = int(params.image.x * params.image.y) + PROBE_MORE * (pixel.y * int(params.image.x) + pixel.x);
+  return unpack_below(texelFetch(probe, at), texelFetch(probe, at + 1), texelFetch(probe, at + 2));
+}
+
+vec2 pair_of(Below place, int i) {
+  below = place;
+  return pair_from_below(i);
+}
+
 struct Derivatives {
   vec3 x, y, xx, xy, yy;     // of (u, w) per px
   vec3 third_x, third_y, fourth_x, fourth_y;
@@ -104,9 +116,14 @@ void main() {
   // Nothing lit: only ambient light can tell one unlit surface from another or from nothing.
   if (!any_light && (!ambient || all_hit || !any_hit)) kind = PIXEL_DONE;
 
-  if (SUBSURFACE != 0 && in_image(pixel)) {
-    int more = int(params.image.x * params.image.y) + PROBE_MORE * (pixel.y * int(params.image.x) + pixel.x);
-    below = unpack_below(texelFetch(probe, more), texelFetch(probe, more + 1), texelFetch(probe, more + 2));
+  Below below_here = NEVER_BELOW, below_left = NEVER_BELOW, below_right = NEVER_BELOW, below_up = NEVER_BELOW,
+        below_down = NEVER_BELOW;
+  if (SUBSURFACE != 0) {
+    below_here = below_at(pixel);
+    below_left = below_at(pixel - ivec2(1, 0));
+    below_right = below_at(pixel + ivec2(1, 0));
+    below_up = below_at(pixel - ivec2(0, 1));
+    below_down = below_at(pixel + ivec2(0, 1));
   }
   Derivatives d;
   vec3 v0 = c.xyz, xm = near[3].xyz, xp = near[5].xyz, ym = near[1].xyz, yp = near[7].xyz;
@@ -146,11 +163,14 @@ void main() {
     float im = half_fill * (d.x.z * mx.y * my.x + d.y.z * mx.x * my.y) +                                 \
                w0 * q * (0.5 * hxx * xx + hxy * xy + 0.5 * hyy * yy);                                    \
     float s = sin(theta), co = cos(theta);                                                               \
-    if (SUBSURFACE != 0) { /* as at the centre: it varies little over the pixel */                       \
-      vec2 left = pair_from_below(i);                                                                   \
-      float kept_re = re * left.x - im * left.y;                                                         \
-      im = re * left.y + im * left.x;                                                                    \
-      re = kept_re;                                                                                      \
+    if (SUBSURFACE != 0) { /* a factor that is linear over the pixel, like the shading, but complex */    \
+      vec2 here = pair_of(below_here, i);                                                                \
+      vec2 x = 0.5 * (pair_of(below_right, i) - pair_of(below_left, i));                                 \
+      vec2 y = 0.5 * (pair_of(below_down, i) - pair_of(below_up, i));                                    \
+      vec2 slope = half_fill * w0 * (mx.y * my.x * x + mx.x * my.y * y);                                 \
+      vec2 light = complex_product(vec2(re, im), here) + vec2(-slope.y, slope.x);                        \
+      re = light.x;                                                                                      \
+      im = light.y;                                                                                      \
     }                                                                                                    \
     cosine[i] = lit ? re * co - im * s : 0.0;                                                            \
     sine[i] = lit ? re * s + im * co : 0.0;                                                              \
