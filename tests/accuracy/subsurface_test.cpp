@@ -189,7 +189,7 @@ Twin window(const Shape& shape, const Vector3d& at = {0, 0, 290}, int width = 12
 TEST(Subsurface, AgreesWithTheReference) {
   REQUIRE_RENDERER();
   for (const double path_mm : {0.3, 1.5}) {
-    expect_agreement(with_path(window(tilted_plane()), path_mm), "below a plane", 300, 7);
+    expect_agreement(with_path(window(tilted_plane()), path_mm), "below a plane", 200, 7);
     expect_agreement(with_path(window(physical_sphere(), physical_sphere().center_mm, 240, 200), path_mm),
                      "below a sphere", 300, 9);
     expect_agreement(with_path(window(upright_cylinder(), upright_cylinder().point_mm), path_mm),
