@@ -61,6 +61,8 @@ constexpr double kNearPerBlur = 4.0, kFarPx = 30.0;
 constexpr double kSharper = 0.5;       ///< times its width: a blur that is fitted beside a halo from none
 constexpr double kLittleLight = 0.05;  ///< in a part of a halo that a fit begins with
 
+constexpr double kLongestPathMm = 100.0;  ///< as a file takes it
+
 bool has_code(const Twin& twin) {
   return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
 }
@@ -104,6 +106,7 @@ class ParameterList : private GroupList {
     if (group_ == "vignetting") add_vignetting();
     if (group_ == "albedo") add_albedo();
     if (group_ == "specular") add_specular();
+    if (group_ == "subsurface") add_subsurface();
     if (group_ == "bounce") add_bounce();
     if (group_ == "lamp") add_lamp();
     return std::move(list_);
@@ -286,6 +289,19 @@ class ParameterList : private GroupList {
     }
   }
 
+  /// From none at all the contrast falls with the square of the path, and the fringes move with it.
+  void add_subsurface() {
+    if (!twin_.projector || twin_.projector->optics || twin_.projector->pixel_structure) return;
+    for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
+      if (twin_.objects[k].material.diffuse == 0.0) continue;
+      Parameter& p =
+          add(twin_.objects[k].name + ".mean_free_path_mm", "mm", twin_.objects[k].material.mean_free_path_mm,
+              0.05, [k](Twin& t, double d) { t.objects[k].material.mean_free_path_mm += d; });
+      p.smallest = 0.0;
+      p.largest = kLongestPathMm;
+    }
+  }
+
   /// Two convex bodies, or one mesh, can light each other; one sphere, plane or cylinder cannot.
   void add_bounce() {
     const bool alone =
@@ -334,6 +350,9 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "gain that varies over the image (vignetting)"},
       {"albedo", "diffuse reflectivity of each object", "reflectivity of the objects (albedo)"},
       {"specular", "gloss of each object, its shininess held", "gloss of the objects (specular)"},
+      {"subsurface", "how far light goes below the surface of each object (mean free path)",
+       "light goes below the surface of an object and leaves it beside (subsurface: wax, plastic, marble, "
+       "skin)"},
       {"bounce", "light that reaches a surface by way of another",
        "light that reaches a surface by way of others (interreflection)"},
       {"light", "brightness of each image", "the light differed from image to image (lamp flicker or drift)",

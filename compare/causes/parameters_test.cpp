@@ -158,6 +158,7 @@ Numbers numbers_of(const Twin& twin) {
     put(out, object.name, object.shape);
     out[object.name + ".diffuse"] = object.material.diffuse;
     out[object.name + ".specular"] = object.material.specular;
+    out[object.name + ".mean_free_path"] = object.material.mean_free_path_mm;
   }
   out["bounces"] = twin.render.bounces > 0 ? 1.0 : 0.0;
   return out;
@@ -238,6 +239,7 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"right.timing.read_out", "right.read_out"},
       {"right.response.slope", "right.slope"},
       {"right.response.knee_dn", "right.knee_dn"},
+      {"ball.mean_free_path_mm", "ball.mean_free_path"},
       {"ball.diffuse", "ball.diffuse"},
       {"part.diffuse", "part.diffuse"},
       {"bounces", "bounces"},

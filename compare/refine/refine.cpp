@@ -37,9 +37,10 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for all of it but these groups, and what no key holds.
-constexpr std::array kByThemselves{"size",   "specular",        "intrinsics",      "motion",
-                                   "timing", "projector_field", "blur_field",      "camera_knee",
-                                   "halo",   "camera_response", "harmonics_field", "harmonics_high"};
+constexpr std::array kByThemselves{"size",      "specular",        "intrinsics",      "motion",
+                                   "timing",    "projector_field", "blur_field",      "camera_knee",
+                                   "halo",      "camera_response", "harmonics_field", "harmonics_high",
+                                   "subsurface"};
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
   return p.group == asked || p.name == asked ||

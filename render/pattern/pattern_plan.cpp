@@ -293,11 +293,6 @@ std::vector<PassPlan> plan_passes(const Twin& twin, const SeriesTable& series, d
     }
   }
   std::ranges::stable_sort(direct, {}, &DirectSlot::kind);
-  if (twin.has_subsurface() && !direct.empty() && direct.front().kind < DirectSlot::Kind::gray)
-    throw UserError(ExitCode::usage, twin.file.string(),
-                    "light below surfaces cannot be rendered with patterns that need a table (a halo, a code "
-                    "whose edges overlap, a response or waveform of too many harmonics)",
-                    "leave out mean_free_path_mm, or that of the projector");
 
   // The passes get even shares, so that the passes can use the same pipeline where the counts agree.
   std::size_t most_direct = MAX_DIRECT;

@@ -166,13 +166,13 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
   // Added harmonics cost no pairs where they are formed from the fundamental (formed_harmonics.hpp).
   const bool added_alone = is_linear(twin.projector->response) && !twin.projector->pixel_structure &&
                            twin.fringes.steps > 0 && twin.fringes.waveform.kind == Waveform::Kind::sine;
-  // The direct way of a defocused pattern is a quadrature for each step and sample; a blur that varies has
-  // none.
-  const bool carry =
-      pure || method == PatternMethod::harmonics ||
-      (method == PatternMethod::automatic &&
-       (added_alone || twin.fringes.has_harmonics_field() || twin.projector->optics ||
-        twin.projector->has_blur_field() || series_cost(twin, carried) < series_cost(twin, direct)));
+  // The direct way of a defocused pattern is a quadrature for each step and sample, and so is that of light
+  // below surfaces; a blur that varies has none.
+  const bool carry = pure || method == PatternMethod::harmonics ||
+                     (method == PatternMethod::automatic &&
+                      (added_alone || twin.fringes.has_harmonics_field() || twin.projector->optics ||
+                       twin.projector->has_blur_field() || twin.has_subsurface() ||
+                       series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;
 }
 

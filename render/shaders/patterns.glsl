@@ -149,11 +149,23 @@ float cell_value(int i, vec4 b, int k) {
   return (((k ^ (k >> 1)) >> int(b.x)) & 1) != 0 ? b.w : b.z;
 }
 
+// Mean of a table over a normal distribution: Gauss-Hermite. `sigma` in turns or samples, as x.
+float mean_of_table(int i, vec4 b, real x, float sigma) {
+  const vec4 AT = vec4(0.53907981, 1.63651904, 2.80248586, 4.14454719);
+  const vec4 SHARE = vec4(0.37301226, 0.11723991, 0.00963522, 0.00011261);
+  float sum = 0.0;
+  for (int k = 0; k < 4; ++k)
+    sum += SHARE[k] * (table_value(i, b, x + real(AT[k] * sigma)) + table_value(i, b, x - real(AT[k] * sigma)));
+  return sum;
+}
+
 float direct_value(int i, real2 u) {
   real4 a = REAL_PARAM(direct[i]);
   vec4 b = params.direct_b[i];
   real x = dot(a.zw, u) * a.x + a.y;
   if (DEFOCUS == 0) {
+    if (SUBSURFACE != 0 && i < N_TABLES)
+      return mean_of_table(i, b, x, float(a.x) * sqrt(below_variance * below_spread_px2(vec2(a.zw))));
     if (i < N_TABLES) return table_value(i, b, x);
     if (i < N_TABLES + N_PIXEL) return cell_value(i, b, int(floor(x)));
     if (i < FIRST_IMAGE) return gray_value(x, vec2(a.zw), float(a.x), b);
