@@ -33,6 +33,8 @@ double("pose_and_blur", "the sphere is 0.037 mm off, the projector's blur is 1.5
        "pose blur")
 double("size_and_blur_wall", "the radius of the sphere before a wall is 0.05 mm off, the projector's blur is 1.5 px",
        [one.radius(0.05), one.blur(1.5)], FULL_BOTH, "size blur")
+double("subsurface_and_blur", "light goes 1 mm below the sphere's surface, the projector's blur is 1.5 px",
+       [one.below(1.0), one.blur(1.5)], BALL, "subsurface blur")
 double("blur_and_light", "the projector's blur is 1.5 px, and the light flickers by 1 %", [one.blur(1.5), one.flicker(0.01)],
        BALL, "blur light")
 double("halo_and_albedo", "12 % of the projector's light is spread by 18 px, and the sphere sends back 0.8, in the twin 0.76",

@@ -350,6 +350,12 @@ def phong(specular):
     return plant
 
 
+def below(mean_free_path_mm):
+    def plant(rig, twin, random):
+        rig.mean_free_path_mm = mean_free_path_mm
+    return plant
+
+
 def believed_bounce(rig, twin, random):
     twin.bounces = 1
 
@@ -385,6 +391,14 @@ listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phon
        **VARIES)
 listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL,
        "specular " + PER_PIXEL, gain=False)
+listed("subsurface", "light goes 0.5 mm below the sphere's surface", below(0.5), BALL, "subsurface", verdict=GRAY,
+       values={"ball.mean_free_path_mm": 0.5})
+listed("subsurface_small", "light goes 0.05 mm below the sphere's surface", below(0.05), BALL, "subsurface", gain=False)
+listed("subsurface_wall", "light goes 1 mm below a wall's surface", below(1.0), WALL, "subsurface", verdict=GRAY)
+listed("subsurface_both", "light goes 2 mm below sphere and wall", below(2.0), FULL_BOTH, "subsurface", verdict=GRAY,
+       values={"ball.mean_free_path_mm": 2.0, "wall.mean_free_path_mm": 2.0})
+listed("subsurface_two_cameras", "two cameras, light goes 1 mm below sphere and wall", below(1.0), TWO, "subsurface", verdict=GRAY,
+       values={"ball.mean_free_path_mm": 1.0, "wall.mean_free_path_mm": 1.0})
 listed("bounce", "a groove; the twin has light that goes from one side to the other, the rig has not", believed_bounce,
        dict(scene="groove", small=True, nodes=24), "bounce", verdict=GRAY, gain=False)
 listed("bounce_small", "sphere and wall; the twin has light that goes from one to the other, the rig has not",

@@ -8,6 +8,7 @@ n = 5 and would be taken for the program's error. The same class serves as the r
 import numpy as np
 
 import solids
+from below import Below
 from projection import Device, aimed_at, vector
 
 PROJECTOR_SIZE = (800, 600)
@@ -84,6 +85,7 @@ class Rig:
         self.gloss = None  # (cosine between normal and half vector) -> factor on the light sent back
         self.specular, self.shininess = 0.0, 10.0  # Phong's lobe, as docs/PHYSICS.md has it, on every object
         self.scatter = 0.0  # the share of the light that comes out of the surface elsewhere: fringes become their mean
+        self.mean_free_path_mm = 0.0  # of light below the surface of every object; phase steps alone know it
         self.projector_field = None  # (u, v) -> factor on the projector's light
         self.light_field = []  # what a twin believes of it: ln of the factor, terms of Legendre's products
         self.room_light = None  # (pixel columns) -> irradiance beside the projector's
@@ -140,13 +142,15 @@ class Rig:
         rest = 1 - sum(share for share, _ in self.halo)
         return [(rest, self.blur_px)] + [(share, np.hypot(self.blur_px, sigma)) for share, sigma in self.halo]
 
-    def light(self, pattern, u, more_blur_px2=0.0, place=None):
+    def light(self, pattern, u, more_blur_px2=0.0, place=None, below=None):
         """What the projector throws in a phase step at projector coordinate u, 0 ... 1, where its blur differs by
-        more_blur_px2; place: (u, v) there, for a waveform that is not the same all over."""
+        more_blur_px2; place: (u, v) there, for a waveform that is not the same all over; below: what surfaces make of it."""
         _, k, n = pattern
         pitch = self.pitches_px[k]
         phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
         kept = np.exp(-2 * np.pi**2 * more_blur_px2 / pitch**2)
+        if below:
+            kept, phase = kept * np.abs(below.kept(pitch)), phase + np.angle(below.kept(pitch))
         level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
         if self.projector_response:
             level = self.projector_response(level)
@@ -186,12 +190,12 @@ class Rig:
             for ib, (b, wb) in enumerate(zip(nodes, weights)):
                 for k, pattern in enumerate(patterns):
                     if k == 0 or self.motion_mm is not None:
-                        factor, place, besides, more_blur = self.traced(camera, X, Y, a / 2, b / 2, k / (len(patterns) - 1) - 0.5)
+                        factor, place, besides, more_blur, below = self.traced(camera, X, Y, a / 2, b / 2, k / (len(patterns) - 1) - 0.5)
                         coordinate = place[0 if self.direction == "x" else 1]
                     shift = 0 if self.fringe_shift_px is None else self.fringe_shift_px[k]
                     lamps = besides if self.besides_factor is None else besides * self.besides_factor[k]
                     if pattern[0] == "step":
-                        shown = self.light(pattern, coordinate + shift, more_blur, place)
+                        shown = self.light(pattern, coordinate + shift, more_blur, place, below)
                     else:
                         axis, node, i = (1, a, ia) if self.direction == "x" else (0, b, ib)
                         per_px = np.gradient(coordinate, axis=axis)
@@ -218,7 +222,8 @@ class Rig:
 
     def traced(self, camera, X, Y, right, down, time):
         """Of the points `right` and `down` of the pixels' centres: what the camera gets of a level of 1 of the projector, the
-        place (u, v) in the projector, the light besides, and by how much the blur's variance differs.
+        place (u, v) in the projector, the light besides, by how much the blur's variance differs, and what light goes through
+        below the surface.
         time: -0.5 ... 0.5."""
         eye, d = self.projector.eye, camera.directions(X + right, Y + down)
         things = self.things if self.motion_mm is None else self.things_at(time)
@@ -248,7 +253,17 @@ class Rig:
         if self.camera_field:
             seen = self.camera_field(X + right, Y + down)
             factor, besides = factor * seen, besides * seen
-        return factor, (u, v), besides, self.blur_field(u, v) if self.blur_field else 0.0
+        below = self.below(P, N, unit(to_eye), unit(-d), albedo[which]) if self.mean_free_path_mm else None
+        return factor, (u, v), besides, self.blur_field(u, v) if self.blur_field else 0.0, below
+
+    def below(self, P, N, to_light, to_camera, albedo):
+        """What light goes through below the surface at points P, by differences along two tangents."""
+        first = unit(np.cross(N, vector(0.6, 0.8, 0)))
+        tangents = (first, np.cross(N, first))
+        axis, step_mm = 0 if self.direction == "x" else 1, 0.01
+        along = [(self.projector.pixels(P + step_mm * t)[axis] - self.projector.pixels(P - step_mm * t)[axis])
+                 / (2 * step_mm) * self.mean_free_path_mm for t in tangents]
+        return Below(np.array(along), *([(way * t).sum(-1) for t in tangents] for way in (to_light, to_camera)), albedo)
 
     def things_at(self, time):
         moved = dict(self.things[0], center_mm=self.things[0]["center_mm"] + self.motion_mm * time)
