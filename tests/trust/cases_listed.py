@@ -391,7 +391,7 @@ listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phon
        **VARIES)
 listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL,
        "specular " + PER_PIXEL, gain=False)
-listed("subsurface", "light goes 0.5 mm below the sphere's surface", below(0.5), BALL, "subsurface", verdict=GRAY,
+listed("subsurface_ball", "light goes 0.5 mm below the sphere's surface", below(0.5), BALL, "subsurface", verdict=GRAY,
        values={"ball.mean_free_path_mm": 0.5})
 listed("subsurface_small", "light goes 0.05 mm below the sphere's surface", below(0.05), BALL, "subsurface", gain=False)
 listed("subsurface_wall", "light goes 1 mm below a wall's surface", below(1.0), WALL, "subsurface", verdict=GRAY)

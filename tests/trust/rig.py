@@ -258,7 +258,8 @@ class Rig:
 
     def below(self, P, N, to_light, to_camera, albedo):
         """What light goes through below the surface at points P, by differences along two tangents."""
-        first = unit(np.cross(N, vector(0.6, 0.8, 0)))
+        first = np.cross(N, vector(0.6, 0.8, 0))
+        first = first / np.maximum(np.linalg.norm(first, axis=-1, keepdims=True), 1e-9)  # beside all objects there is no normal
         tangents = (first, np.cross(N, first))
         axis, step_mm = 0 if self.direction == "x" else 1, 0.01
         along = [(self.projector.pixels(P + step_mm * t)[axis] - self.projector.pixels(P - step_mm * t)[axis])
