@@ -222,7 +222,7 @@ void CauseSearch::try_alone(std::vector<CauseRow>& rows) {
     most = std::max(most, row.removed);
     promised.push_back(row.removed);
   }
-  promise_of_a_knee(promised);
+  promise_of_the_curved(promised);
   for (std::size_t g = 0; g < rows.size(); ++g)
     if (promised[g] >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
   std::ranges::stable_sort(groups, [&](auto a, auto b) { return promised[a] > promised[b]; });
@@ -237,13 +237,14 @@ void CauseSearch::try_alone(std::vector<CauseRow>& rows) {
   }
 }
 
-void CauseSearch::promise_of_a_knee(std::vector<double>& removed_by_group) const {
+void CauseSearch::promise_of_the_curved(std::vector<double>& removed_by_group) const {
   const auto at = [this](const char* name) {
     return static_cast<std::size_t>(std::ranges::find(groups_, name, &CauseGroup::name) - groups_.begin());
   };
-  const std::size_t knee = at("camera_knee"), curves = at("camera_response");
-  if (knee < groups_.size() && curves < groups_.size())
-    removed_by_group[knee] = std::max(removed_by_group[knee], removed_by_group[curves]);
+  for (const auto& [curved, other] :
+       {std::pair{"camera_knee", "camera_response"}, std::pair{"subsurface", "blur"}})
+    if (const std::size_t g = at(curved), as = at(other); g < groups_.size() && as < groups_.size())
+      removed_by_group[g] = std::max(removed_by_group[g], removed_by_group[as]);
 }
 
 void CauseSearch::fit_alone(std::size_t g, const CauseFit* first, CauseRow& row, double& least) {
@@ -291,7 +292,7 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     std::vector<double> beside(groups_.size(), 0.0);  // what each takes away more; no switches
     for (std::size_t other = 0; other < groups_.size(); ++other)
       if (other != g && !is_switch(other)) beside[other] = removed_by(e, {g, other}, kEvery) - alone;
-    promise_of_a_knee(beside);
+    promise_of_the_curved(beside);
     beside[g] = 0.0;
     for (std::size_t other = 0; other < groups_.size(); ++other) {
       const double more = beside[other], left = fit.tried.chi2 - more;

@@ -67,8 +67,9 @@ class CauseSearch {
                           const CauseFit* first = nullptr);
   /// Fits the groups to convergence whose linear steps take away most; once one passes, only its rivals.
   void try_alone(std::vector<CauseRow>& rows);
-  /// A knee's linear step knows nothing of its place: it may take away as much as smooth curves do.
-  void promise_of_a_knee(std::vector<double>& removed_by_group) const;
+  /// A knee's linear step knows nothing of its place: it may take away as much as smooth curves do. That of
+  /// light below surfaces knows the shift of the fringes alone: it may take away as much as a blur does.
+  void promise_of_the_curved(std::vector<double>& removed_by_group) const;
   /// `first`: as in try_fit(). Raises `least` where the group passes.
   void fit_alone(std::size_t g, const CauseFit* first, CauseRow& row, double& least);
   /// Fits the groups to convergence from where the objects' fits put them: too far for a linear step.
