@@ -162,6 +162,9 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
     p.settled = kOnTime;
     p.smallest = std::min(p.start, reach - timing.exposure);
     p.largest = std::max(p.start, 1.0 - reach);
+    // before the first pattern and after the last one nothing else is known to be shown
+    if (at == 0) p.smallest = std::min(p.start, 0.0);
+    if (at + 1 == n_images) p.largest = std::max(p.start, 1.0 - timing.exposure);
   }
   if (compared.empty()) return all;
   Parameter& p = all.emplace_back(Parameter{.group = "timing",

@@ -397,8 +397,9 @@ listed("subsurface_small", "light goes 0.05 mm below the sphere's surface", belo
 listed("subsurface_wall", "light goes 1 mm below a wall's surface", below(1.0), WALL, "subsurface", verdict=GRAY)
 listed("subsurface_both", "light goes 2 mm below sphere and wall", below(2.0), FULL_BOTH, "subsurface", verdict=GRAY,
        values={"ball.mean_free_path_mm": 2.0, "wall.mean_free_path_mm": 2.0})
-listed("subsurface_two_cameras", "two cameras, light goes 1 mm below sphere and wall", below(1.0), TWO, "subsurface", verdict=GRAY,
-       values={"ball.mean_free_path_mm": 1.0, "wall.mean_free_path_mm": 1.0})
+listed("subsurface_two_cameras", "two cameras, light goes 1 mm below sphere and wall", below(1.0), TWO, "subsurface", verdict=GRAY)
+add_case("subsurface_refined", "light", "two cameras, light goes 1 mm below sphere and wall; `--refine subsurface`", below(1.0), TWO,
+         expect="explained", refine="subsurface", values={"ball.mean_free_path_mm": 1.0, "wall.mean_free_path_mm": 1.0})
 listed("bounce", "a groove; the twin has light that goes from one side to the other, the rig has not", believed_bounce,
        dict(scene="groove", small=True, nodes=24), "bounce", verdict=GRAY, gain=False)
 listed("bounce_small", "sphere and wall; the twin has light that goes from one to the other, the rig has not",
