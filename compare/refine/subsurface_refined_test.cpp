@@ -13,7 +13,7 @@
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
-namespace fringetwin::compare::subsurface_cause_test {
+namespace fringetwin::compare::subsurface_refined_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -54,7 +54,7 @@ std::vector<GridSamples> seen(const Twin& truth) {
   return all;
 }
 
-TEST(SubsurfaceCause, IsNamed) {
+TEST(SubsurfaceRefined, IsNamed) {
   REQUIRE_RENDERER();
   for (const double path_mm : {0.3, 1.0, 3.0}) {
     Sensitivity sensitivity(testing::needed_renderer(), seen(with_path(path_mm)));
@@ -67,7 +67,7 @@ TEST(SubsurfaceCause, IsNamed) {
   }
 }
 
-TEST(SubsurfaceCause, IsRefinedBackFromNoneAndFromTooMuch) {
+TEST(SubsurfaceRefined, IsRefinedBackFromNoneAndFromTooMuch) {
   REQUIRE_RENDERER();
   for (const double path_mm : {0.3, 1.0, 3.0})
     for (const double start_mm : {0.0, 2.0}) {
@@ -84,7 +84,7 @@ TEST(SubsurfaceCause, IsRefinedBackFromNoneAndFromTooMuch) {
     }
 }
 
-TEST(SubsurfaceCause, IsNoneOfAProjectorWhoseDefocusIsRendered) {
+TEST(SubsurfaceRefined, IsNoneOfAProjectorWhoseDefocusIsRendered) {
   Twin twin = rig();
   EXPECT_EQ(parameters_of(twin, "subsurface").size(), 1u);
   twin.projector->optics = Optics{.f_number = 2.8, .focal_length_mm = 12.0, .focus_distance_mm = 300.0};
@@ -92,4 +92,4 @@ TEST(SubsurfaceCause, IsNoneOfAProjectorWhoseDefocusIsRendered) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare::subsurface_cause_test
+}  // namespace fringetwin::compare::subsurface_refined_test
