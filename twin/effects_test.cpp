@@ -50,6 +50,8 @@ std::vector<Way> all_ways() {
       {"sensor rounding", "of the second camera alone", [](Twin& t) { second(t).sensor.bit_depth = 12; }},
       {"specular lobe", "of the second object alone",
        [](Twin& t) { t.objects.at(1).material.specular = 0.125; }},
+      {"subsurface light", "of the second object alone",
+       [](Twin& t) { t.objects.at(1).material.mean_free_path_mm = 0.5; }},
       {"projector response", "gamma",
        [](Twin& t) {
          t.projector->response = {ProjectorResponse::Kind::gamma, 2.25, {}};

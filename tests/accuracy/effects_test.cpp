@@ -408,6 +408,7 @@ Twin everything() {
   Twin twin = with_object(paper_rig(), "ball", ideal_sphere());
   twin.objects.push_back({"wall", frontal_plane(), {}});
   twin.objects[0].material.specular = 0.2;
+  twin.objects[0].material.mean_free_path_mm = 0.5;
   for (Camera& c : twin.cameras) {
     c.optics = Optics{8.0, 10.0, 270.0};
     c.sensor.electrons_per_dn = 40.0;
