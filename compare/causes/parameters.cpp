@@ -291,7 +291,9 @@ class ParameterList : private GroupList {
 
   /// From none at all the contrast falls with the square of the path, and the fringes move with it.
   void add_subsurface() {
-    if (!twin_.projector || twin_.projector->optics || twin_.projector->pixel_structure) return;
+    if (!twin_.projector || twin_.projector->optics || twin_.projector->pixel_structure ||
+        !twin_.fringes.images.empty())
+      return;
     for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
       if (twin_.objects[k].material.diffuse == 0.0) continue;
       Parameter& p =

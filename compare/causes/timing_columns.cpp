@@ -162,9 +162,11 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
     p.settled = kOnTime;
     p.smallest = std::min(p.start, reach - timing.exposure);
     p.largest = std::max(p.start, 1.0 - reach);
-    // before the first pattern and after the last one nothing else is known to be shown
-    if (at == 0) p.smallest = std::min(p.start, 0.0);
-    if (at + 1 == n_images) p.largest = std::max(p.start, 1.0 - timing.exposure);
+    // before the first pattern and after the last one nothing else is known to be shown: where no row sees
+    // another pattern, nothing tells it
+    const double rows = 0.5 * timing.read_out;
+    if (at == 0) p.smallest = std::min(p.start, -rows);
+    if (at + 1 == n_images) p.largest = std::max(p.start, 1.0 - timing.exposure + rows);
   }
   if (compared.empty()) return all;
   Parameter& p = all.emplace_back(Parameter{.group = "timing",

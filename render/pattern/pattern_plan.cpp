@@ -54,8 +54,8 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
                  turn_fraction((center_px - d.phase_origin_px[p]) / d.pitches_px[p] +
                                static_cast<double>(spec.step) / twin.fringes.steps));
   slot.b[1] = kPeriodSamples;
-  // Nodes over a circle of confusion of one turn: half the phase of the highest harmonic.
-  if (twin.projector->optics)
+  // Nodes over a spread of light of one turn: half the phase of the highest harmonic.
+  if (twin.projector->optics || twin.has_subsurface())
     slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6,
                                                    d.harmonics_of(p), d.harmonics_field_sizes());
   return slot;
@@ -202,9 +202,10 @@ void refuse_combinations(const Twin& twin) {
     refuse(
         "harmonics that vary over the projector's image cannot be combined with its pixels or with bounces",
         "leave out harmonics_field");
-  if (twin.has_subsurface() && (p.pixel_structure || p.optics))
-    refuse("light below surfaces cannot be combined with the projector's pixels or its defocus",
-           "leave out mean_free_path_mm, or describe the defocus by blur_px");
+  if (twin.has_subsurface() && (p.pixel_structure || p.optics || images))
+    refuse(
+        "light below surfaces cannot be combined with the projector's pixels, its defocus or pattern images",
+        "leave out mean_free_path_mm, or describe the defocus by blur_px");
   if (p.blur_px > 0.0 && gaps && images)
     refuse("pattern images with gaps between the pixels cannot be blurred",
            "use blur_px = 0 or pixel_fill = 1");

@@ -112,13 +112,13 @@ struct Reference::Impl {
   bool linear = true;
 
   explicit Impl(const Twin& t);
-  void find_spectra();
   std::optional<Ray> camera_ray(std::size_t camera, const Eigen::Vector2d& q_px,
                                 const Eigen::Vector2d& lens_uv) const;
   void light(const Ray& ray, const SceneHit& hit, bool lobe, PixelSample& sample) const;
   void send_below(const Ray& ray, const SceneHit& hit, PixelSample& sample) const;
   double lamp(const SceneHit& hit, const PixelSample& sample) const;
   void gather(const SceneHit& hit, const ReferenceQuadrature& quadrature, PixelSample& sample) const;
+  static void add_seen(const PixelSample& at, double share, PixelSample& sample);
   std::optional<SceneHit> look_from(const Eigen::Vector3d& direction, PixelSample& at) const;
   void follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
                    PixelSample& sample) const;
@@ -136,23 +136,7 @@ Reference::Impl::Impl(const Twin& t) : twin(t), scene(twin, farthest_start_mm(tw
     sequence = expand_sequence(twin.fringes);
     for (std::size_t i = 0; i < sequence.size() && !sequence[i].is_image(); ++i)  // images are the last ones
       patterns.emplace_back(twin, sequence[i], twin.projector->image_shift_px(i));
-    if (twin.has_subsurface()) find_spectra();
-  }
-}
-
-// A code repeats beyond its last word.
-void Reference::Impl::find_spectra() {
-  for (std::size_t i = 0; i < patterns.size(); ++i) {
-    const DirectionFringes& direction = twin.fringes.directions[sequence[i].direction];
-    const bool step = sequence[i].kind == PatternSpec::Kind::phase_step;
-    const double pitch = direction.pitches_px.at(step ? sequence[i].pitch : 0);
-    const int words = step ? 1 : 1 << direction.gray->bits;
-    spectra.emplace_back(
-        [&](double x) {
-          return patterns[i](direction.axis == Axis::x ? Eigen::Vector2d(x, 0.0) : Eigen::Vector2d(0.0, x),
-                             Eigen::Vector2d::Zero());
-        },
-        pitch * words, step ? 256 : 64 * words);
+    if (twin.has_subsurface()) spectra = pattern_spectra(twin, patterns);
   }
 }
 
@@ -261,9 +245,17 @@ void Reference::Impl::gather(const SceneHit& hit, const ReferenceQuadrature& qua
       const auto other =
           look_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), at);
       if (!other) continue;
-      if (at.lit) sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
+      add_seen(at, share, sample);
       if (twin.render.bounces > 1) follow_back(*other, at, share, quadrature.paths, sample);
     }
+}
+
+// Adds a share of what a place sends to the light that reaches a sample over it.
+void Reference::Impl::add_seen(const PixelSample& at, double share, PixelSample& sample) {
+  if (at.lit && at.weight != 0.0)
+    sample.indirect.push_back({share * at.weight, at.projector_px, at.defocus_px});
+  for (const IndirectLight& light : at.indirect)
+    sample.indirect.push_back({share * light.weight, light.projector_px, light.defocus_px, light.below});
 }
 
 // Returns what a place sees along a direction and makes `at` that place with its light.
@@ -275,6 +267,7 @@ std::optional<SceneHit> Reference::Impl::look_from(const Eigen::Vector3d& direct
   at = {.point_world_mm = ray.origin_mm + other->t_mm * direction,
         .normal_world = on_side(other->normal, -direction)};
   light(ray, *other, false, at);
+  if (twin.objects[other->object].material.mean_free_path_mm > 0.0) send_below(ray, *other, at);
   return other;
 }
 
@@ -299,8 +292,7 @@ void Reference::Impl::follow_back(const SceneHit& hit, const PixelSample& from, 
                    angle = 2.0 * pi * uniform(random);
       const auto next = look_from(hemisphere.direction(sine2, angle), at);
       if (!next) break;
-      if (at.lit)
-        sample.indirect.push_back({share / paths * left * at.weight, at.projector_px, at.defocus_px});
+      add_seen(at, share / paths * left, sample);
       last = *next;
     }
   }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "twin/base/errors.hpp"
+
 namespace fringetwin::render {
 
 using std::numbers::pi;
@@ -64,6 +66,27 @@ double PatternSpectrum::value(double at_px, const Eigen::Vector2d& axis, const B
     sum += (terms_[h] * std::polar(1.0, k * at_px) * reference_kept_below(place, k * axis)).real();
   }
   return sum;
+}
+
+std::vector<PatternSpectrum> pattern_spectra(const Twin& twin,
+                                             const std::vector<ReferencePattern>& patterns) {
+  FT_CHECK(
+      !twin.projector->has_blur_field() && !twin.fringes.has_harmonics_field() && twin.fringes.images.empty(),
+      "light below surfaces under patterns that have one spectrum");
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  std::vector<PatternSpectrum> spectra;
+  for (std::size_t i = 0; i < patterns.size(); ++i) {
+    const DirectionFringes& direction = twin.fringes.directions[sequence[i].direction];
+    const bool step = sequence[i].kind == PatternSpec::Kind::phase_step;
+    const double pitch = direction.pitches_px.at(step ? sequence[i].pitch : 0);
+    const int words = step ? 1 : 1 << direction.gray->bits;
+    const auto value = [&](double x) {
+      return patterns[i](direction.axis == Axis::x ? Eigen::Vector2d(x, 0.0) : Eigen::Vector2d(0.0, x),
+                         Eigen::Vector2d::Zero());
+    };
+    spectra.emplace_back(value, pitch * words, step ? 256 : 64 * words);
+  }
+  return spectra;
 }
 
 }  // namespace fringetwin::render

@@ -7,6 +7,9 @@
 #include <functional>
 #include <vector>
 
+#include "render/reference/reference_pattern.hpp"
+#include "twin/twin.hpp"
+
 namespace fringetwin::render {
 
 /// A place of a surface where light comes out that went in around it. Tangential parts by two axes of the
@@ -36,5 +39,9 @@ class PatternSpectrum {
   double period_px_;
   std::vector<std::complex<double>> terms_;  ///< of exp(2 pi i h x/period), from h = 0
 };
+
+/// Returns the spectra of the patterns of a twin's sequence, which must be the same all over the projector's
+/// image. A code repeats beyond its last word.
+std::vector<PatternSpectrum> pattern_spectra(const Twin& twin, const std::vector<ReferencePattern>& patterns);
 
 }  // namespace fringetwin::render

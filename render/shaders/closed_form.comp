@@ -167,6 +167,11 @@ void main() {
       vec2 here = pair_of(below_here, i);                                                                \
       vec2 x = 0.5 * (pair_of(below_right, i) - pair_of(below_left, i));                                 \
       vec2 y = 0.5 * (pair_of(below_down, i) - pair_of(below_up, i));                                    \
+      vec2 bend = abs(pair_of(below_right, i) + pair_of(below_left, i) - 2.0 * here) +                   \
+                  abs(pair_of(below_down, i) + pair_of(below_up, i) - 2.0 * here);                       \
+      float left_out = length(bend) * fill * fill / 24.0;                                                \
+      gray_error = max(gray_error, shading_error + w0 * left_out);                                       \
+      phase_error = max(phase_error, SHARE(i) * left_out / max(length(here), 1e-3));                     \
       vec2 slope = half_fill * w0 * (mx.y * my.x * x + mx.x * my.y * y);                                 \
       vec2 light = complex_product(vec2(re, im), here) + vec2(-slope.y, slope.x);                        \
       re = light.x;                                                                                      \

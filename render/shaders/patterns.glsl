@@ -99,16 +99,16 @@ float image_value(vec2 u, vec4 b) {
   vec2 middle = u - params.projector_edge.xz + footprint_middle;  // from the raster's corner, px
   vec2 fx = abs(footprint_x), fy = abs(footprint_y), sum_f = max(fx + fy, MOST_FOOTPRINT_PX);
   vec2 wide = max(fx, fy) * (MOST_FOOTPRINT_PX / sum_f), narrow = min(fx, fy) * (MOST_FOOTPRINT_PX / sum_f);
-  vec2 sigma = vec2(blur_along(vec2(1.0, 0.0)), blur_along(vec2(0.0, 1.0)));
-  vec2 reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : vec2(0.0));
+  float sigma = blur_px;
+  vec2 reach = wide + narrow + (GRAY_BLUR != 0 ? 5.5 * sigma : 0.0);
   ivec2 start = ivec2(floor(middle - reach)), last = ivec2(floor(middle + reach)), size = ivec2(b.yz);
   float sum = 0.0, before_y = 0.0;
   for (int y = start.y; y <= last.y; ++y) {
-    float share_y = y < last.y ? share_left(float(y + 1) - middle.y, wide.y, narrow.y, sigma.y) : 1.0;
+    float share_y = y < last.y ? share_left(float(y + 1) - middle.y, wide.y, narrow.y, sigma) : 1.0;
     int row = int(b.x) + clamp(y, 0, size.y - 1) * size.x;
     float row_sum = 0.0, before_x = 0.0;
     for (int x = start.x; x <= last.x; ++x) {
-      float share_x = x < last.x ? share_left(float(x + 1) - middle.x, wide.x, narrow.x, sigma.x) : 1.0;
+      float share_x = x < last.x ? share_left(float(x + 1) - middle.x, wide.x, narrow.x, sigma) : 1.0;
       row_sum += (share_x - before_x) * texelFetch(waveforms, row + clamp(x, 0, size.x - 1)).x;
       before_x = share_x;
     }
@@ -149,14 +149,17 @@ float cell_value(int i, vec4 b, int k) {
   return (((k ^ (k >> 1)) >> int(b.x)) & 1) != 0 ? b.w : b.z;
 }
 
-// Mean of a table over a normal distribution: Gauss-Hermite. `sigma` in turns or samples, as x.
+// Mean of a table over a normal distribution, by the trapezoid rule; x and sigma in turns or samples.
 float mean_of_table(int i, vec4 b, real x, float sigma) {
-  const vec4 AT = vec4(0.53907981, 1.63651904, 2.80248586, 4.14454719);
-  const vec4 SHARE = vec4(0.37301226, 0.11723991, 0.00963522, 0.00011261);
-  float sum = 0.0;
-  for (int k = 0; k < 4; ++k)
-    sum += SHARE[k] * (table_value(i, b, x + real(AT[k] * sigma)) + table_value(i, b, x - real(AT[k] * sigma)));
-  return sum;
+  const float REACH = 5.0;  // standard deviations
+  int n = 12 + int(min(ceil(b.z * REACH * sigma), 250.0));
+  float sum = 0.0, shares = 0.0;
+  for (int k = -n; k <= n; ++k) {
+    float at = REACH * float(k) / float(n), share = exp(-0.5 * at * at);
+    sum += share * table_value(i, b, x + real(at * sigma));
+    shares += share;
+  }
+  return sum / shares;
 }
 
 float direct_value(int i, real2 u) {
@@ -195,14 +198,12 @@ float direct_value(int i, real2 u) {
 
 // The same in light of which a share has been inside.
 float direct_value_from_below(int i, real2 u) {
-  const float IMAGE_PERIOD_PX = 16.0, CODE_PERIOD_WORDS = 4.0;  // of the finest code
-  vec4 a = params.direct[i];
-  vec2 x_axis = i < FIRST_IMAGE ? a.zw : vec2(1.0, 0.0), y_axis = i < FIRST_IMAGE ? vec2(0.0) : vec2(0.0, 1.0);
-  float period_px = i < FIRST_IMAGE ? CODE_PERIOD_WORDS / a.x : IMAGE_PERIOD_PX, scale = profile_scale(), sum = 0.0;
-  vec2 beside_px = x_axis * entered_beside_px(x_axis, period_px) + y_axis * entered_beside_px(y_axis, period_px);
+  vec2 axis = params.direct[i].zw;
+  real2 entered = u + real2(axis * entered_beside_px(axis));
+  float scale = profile_scale(), sum = 0.0;
   for (int k = 0; k < BELOW_NORMALS; ++k) {
     below_variance = BELOW_VARIANCE[k] * scale * scale;
-    sum += BELOW_SHARE[k] * direct_value(i, u + real2(beside_px));
+    sum += BELOW_SHARE[k] * direct_value(i, entered);
   }
   below_variance = 0.0;
   return mix(direct_value(i, u), sum, below.share);

@@ -44,8 +44,8 @@ void set_below(const Hit hit, real3 p, vec3 l, vec3 v, float share, bool lit) {
   basis(hit.n_geometric, t, b);
   vec2 per_t = px_beside(p, step_mm * t) * (path_mm / step_mm), per_b = px_beside(p, step_mm * b) * (path_mm / step_mm);
   defocus = kept;
-  float most = max(max(abs(per_t.x), abs(per_t.y)), max(abs(per_b.x), abs(per_b.y)));
-  bool goes_in = lit && path_mm > 0.0 && most < 1e4;  // not beyond the projector's horizon
+  float all = abs(per_t.x) + abs(per_t.y) + abs(per_b.x) + abs(per_b.y);
+  bool goes_in = lit && path_mm > 0.0 && all < 1e4;  // not beyond the projector's horizon, and no NaN
   vec2 light = vec2(dot(t, l), dot(b, l)) / REFRACTION, viewer = vec2(dot(t, v), dot(b, v)) / REFRACTION;
   float s = scattering_of_albedo(hit.material.x);
   below.spread_px2 = vec3(per_t.x * per_t.x + per_b.x * per_b.x, per_t.x * per_t.y + per_b.x * per_b.y,

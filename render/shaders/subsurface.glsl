@@ -49,10 +49,10 @@ vec2 pair_from_below(int i) {
   return vec2(1.0 - below.share, 0.0) + below.share * kept_below(TWO_PI * pitch.x, pitch.zw);
 }
 
-// By how much the middle of where light came in lies beside the place along an axis, px: for edges whose finest
-// neighbours have such a period.
-float entered_beside_px(vec2 axis, float period_px) {
-  float k = TWO_PI / period_px;
+// By how much the middle of where light came in lies beside the place along an axis, px: for edges, that of a wave of
+// 1 rad per mean free path.
+float entered_beside_px(vec2 axis) {
+  float k = inversesqrt(max(below_spread_px2(axis), 1e-12));
   vec2 kept = kept_below(k, axis);
   return atan(kept.y, kept.x) / k;
 }

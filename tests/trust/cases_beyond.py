@@ -72,7 +72,7 @@ def gloss(rig, twin, random):
 
 
 @unlisted("8 % of the light comes out of the surface elsewhere", BALL, one.ROOM, verdict=GRAY)
-def subsurface(rig, twin, random):
+def light_from_elsewhere(rig, twin, random):
     rig.scatter = 0.08
 
 

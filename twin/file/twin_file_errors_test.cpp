@@ -82,7 +82,7 @@ TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {
       kHead + kCamera + kSensor + kOptics + kProjector +
       with(kGray, "phase_origin_px", "phase_origin_px = 30\nharmonics = [[0, 0]]\nwaveform = \"sine\"") +
       kBall +
-      "[object.material]\ndiffuse = 0.5\nspecular = 0\nshininess = 3\n"
+      "[object.material]\ndiffuse = 0.5\nspecular = 0\nshininess = 3\nmean_free_path_mm = 0\n"
       "[render]\nsamples = 4\npixel_fill = 1\nphase_error_rad = 1e-4\n"
       "[measure]\nmin_modulation_dn = 5\n[[measure.fit]]\nobject = \"ball\"\ngate_mm = 2\n";
   load(all);
@@ -156,6 +156,7 @@ TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {
       {"diffuse", "1.1", "must be >= 0 and <= 1, is 1.1"},
       {"specular", "-1", "must be >= 0, is -1"},
       {"shininess", "0", "must be > 0, is 0"},
+      {"mean_free_path_mm", "-0.5", "must be >= 0 and <= 100, is -0.5"},
       {"samples", "0", "must be 1 ... 65536, is 0"},
       {"pixel_fill", "2.5", "must be > 0 and <= 2, is 2.5"},
       {"phase_error_rad", "0", "must be > 0, is 0"},
