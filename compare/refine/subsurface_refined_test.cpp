@@ -84,6 +84,27 @@ TEST(SubsurfaceRefined, IsRefinedBackFromNoneAndFromTooMuch) {
     }
 }
 
+// Camera and projector look from one place: no fringe moves, and contrast falls with the square of a short
+// path.
+TEST(SubsurfaceRefined, IsFoundFromItsContrastAlone) {
+  REQUIRE_RENDERER();
+  const auto coaxial = [](double path_mm) {
+    Twin twin = with_path(path_mm);
+    const Pose& T = twin.cameras[0].T_cam_world;
+    twin.projector->T_proj_world = twin.cameras[1].T_cam_world = T;
+    twin.cameras[1].lens = twin.cameras[0].lens;
+    return twin;
+  };
+  Sensitivity sensitivity(testing::needed_renderer(), seen(coaxial(0.5)));
+  const Twin twin = coaxial(0.0);
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "subsurface"), {.exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  EXPECT_NEAR(fit.chi2(), 1.0, 0.02);
+  ASSERT_EQ(fit.known().size(), 1u);
+  EXPECT_NEAR(fit.known()[0].value, 0.5, 3.0 * fit.known()[0].sigma);
+}
+
 TEST(SubsurfaceRefined, IsNoneOfAProjectorWhoseDefocusIsRendered) {
   Twin twin = rig();
   EXPECT_EQ(parameters_of(twin, "subsurface").size(), 1u);
