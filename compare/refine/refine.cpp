@@ -286,6 +286,10 @@ class Refiner {
   /// field of are hardly told, and may be told well without it.
   void fit_what_is_told(GroupFit& fit) {
     fit.run();
+    if (const std::vector<std::size_t> on_time = exposures_on_time(fit); !on_time.empty()) {
+      hold(fit, on_time);
+      fit.run();
+    }
     for (int order = 2; order >= 0; --order) {
       std::vector<std::size_t> hardly;
       for (std::size_t k = 0; k < parameters_.size(); ++k) {
@@ -312,6 +316,19 @@ class Refiner {
       report_.warnings.push_back(
           fmt::format("{}: what is left is not explained ({}): the values are not to be trusted", asked,
                       fit.unexplained()));
+  }
+
+  /// Returns which exposures are late or early by what noise makes of those on time. Both ways they see less
+  /// contrast: many of them would be taken for a gain and a black level.
+  std::vector<std::size_t> exposures_on_time(const GroupFit& fit) const {
+    constexpr double kSigmas = 3.0;
+    std::vector<std::size_t> on_time;
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      if (const Parameter& p = parameters_[k];
+          p.group == "timing" && p.name.ends_with(".late") && p.start == 0.0 && fit.known()[k].told &&
+          std::abs(fit.known()[k].value) < kSigmas * fit.known()[k].sigma)
+        on_time.push_back(k);
+    return on_time;
   }
 
   /// Returns whether a value is no better than its standard error, and that is no finding.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light that goes below surfaces ([object.material] mean_free_path_mm): photons at random, and the reference.
-// | tolerance   | of                 | origin                                                              |
-// |-------------|--------------------|---------------------------------------------------------------------|
-// | 1 %         | complex contrast   | the formula on a plane, by the perspective of the test itself | | 0.05
-// | complex contrast   | photons at random: what the formula leaves out (docs/PHYSICS.md)      | | 4e-5, 5e-5
-// | rad, of full scale | as for the shapes (shapes_test.cpp)                                  | | 2 % | full
-// scale rms     | images of a code: the profile instead of the formula, 0.8 % here      | | 3e-3, 1e-3  |
-// rad, of full scale | light over a wall, 4,096 directions (16,384: 1e-3, bounces_test.cpp)  | | 0 | | beside
-// other objects                                                 |
+// | tolerance  | of                 | origin                                                           |
+// |------------|--------------------|------------------------------------------------------------------|
+// | 1 %        | complex contrast   | the formula on a plane, by the test's own perspective             |
+// | 0.05       | complex contrast   | photons at random: what the formula leaves out (docs/PHYSICS.md)   |
+// | 4e-5, 5e-5 | rad, of full scale | as for the shapes (shapes_test.cpp)                               |
+// | 2 %        | full scale rms     | a code: the profile instead of the formula, 0.8 % here             |
+// | 3e-3, 1e-3 | rad, of full scale | over a wall, 4,096 directions (16,384: 1e-3, bounces_test.cpp)     |
+// | 0          |                    | beside other objects                                              |
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
