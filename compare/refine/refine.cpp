@@ -287,6 +287,10 @@ class Refiner {
   void fit_what_is_told(GroupFit& fit) {
     fit.run();
     if (const std::vector<std::size_t> on_time = exposures_on_time(fit); !on_time.empty()) {
+      std::ranges::copy(on_time, std::back_inserter(held_));
+      report_.notes.push_back(
+          fmt::format("{} exposures are on time: what the fit gives for them is within three standard errors",
+                      on_time.size()));
       hold(fit, on_time);
       fit.run();
     }
