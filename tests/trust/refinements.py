@@ -13,7 +13,7 @@ from truths import standard_errors
 GROUPS = ("pose", "rig", "lens", "response", "blur")
 RIGS = ("right_sphere_n4", "right_plane_n4", "right_small_two_cameras", "pose_40um", "size_6um_wall", "rig_turned", "lens_k1",
         "camera_middle", "gamma_n4", "blur_missing", "vignetting", "albedo", "texture_small", "side_lamp", "flicker", "knee",
-        "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "subsurface", "pose_and_gamma_wall",
+        "camera_gamma", "hot_spot", "camera_defocus", "vibration", "gloss", "light_from_elsewhere", "pose_and_gamma_wall",
         "motion")
 ALSO = {"motion": ("motion", "pose_40um", "right_sphere_n4"),
         "camera_knee": ("knee", "camera_gamma", "right_sphere_n4")}  # groups that only these rigs are refined by
