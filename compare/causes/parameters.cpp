@@ -108,6 +108,7 @@ class ParameterList : private GroupList {
     if (group_ == "specular") add_specular();
     if (group_ == "subsurface") add_subsurface();
     if (group_ == "bounce") add_bounce();
+    if (group_ == "bounce_albedo") add_bounce_albedo();
     if (group_ == "lamp") add_lamp();
     return std::move(list_);
   }
@@ -305,11 +306,34 @@ class ParameterList : private GroupList {
   }
 
   /// Two convex bodies, or one mesh, can light each other; one sphere, plane or cylinder cannot.
-  void add_bounce() {
+  bool surfaces_light_each_other() const {
     const bool alone =
         twin_.objects.size() == 1 &&
         !std::visit([]<class S>(const S&) { return S::kLightsItself; }, twin_.objects[0].shape);
-    if (!twin_.projector || alone || twin_.objects.empty() || twin_.fringes.has_harmonics_field()) return;
+    return twin_.projector && !alone && !twin_.objects.empty() && !twin_.fringes.has_harmonics_field();
+  }
+
+  /// A factor on all reflectivities, with as much less light: what comes straight stays as it is, and the
+  /// gain does not know of it.
+  void add_bounce_albedo() {
+    if (!surfaces_light_each_other()) return;
+    double most = 0.0;
+    for (const Object& object : twin_.objects) most = std::max(most, object.material.diffuse);
+    if (most == 0.0) return;
+    Parameter& p = add("bounces.albedo", "", 1.0, 0.05, [](Twin& t, double d) {
+      for (Object& object : t.objects) {
+        object.material.diffuse *= 1.0 + d;
+        object.material.specular *= 1.0 + d;
+      }
+      t.projector->intensity /= 1.0 + d;
+      t.room.lamp_world /= 1.0 + d;
+    });
+    p.smallest = 0.01;
+    p.largest = 1.0 / most;
+  }
+
+  void add_bounce() {
+    if (!surfaces_light_each_other()) return;
     Parameter& p = add("bounces", "", twin_.render.bounces > 0 ? 1.0 : 0.0, 1.0, [](Twin& t, double d) {
       if (d >= 0.5 && t.render.bounces == 0) t.render.bounces = kAllBounces;  // as surfaces do
       if (d <= -0.5) t.render.bounces = 0;
@@ -357,6 +381,10 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "skin)"},
       {"bounce", "light that reaches a surface by way of another",
        "light that reaches a surface by way of others (interreflection)"},
+      {"bounce_albedo",
+       "a factor on the reflectivity of all objects beside the same direct light: what goes from surface to "
+       "surface",
+       "surfaces send more or less of their light to others (reflectivity beside bounces)", "", "", false},
       {"light", "brightness of each image", "the light differed from image to image (lamp flicker or drift)",
        "",
        "have it taken out by [measure] light = \"corrected\", or record again with a steady lamp or "

@@ -282,6 +282,7 @@ TEST(Refine, EveryKeyIsWrittenUnderItsTable) {
   right.sensor.black_level_dn = 4.5;
   after.projector->lens = lens(702.0);
   after.projector->T_proj_world.translation_mm = {4.0, 5.0, 6.0};
+  after.projector->intensity = 30.5;
   after.projector->blur_px = 1.5;
   after.projector->response = {ProjectorResponse::Kind::gamma, 2.25, {}};
   after.projector->halo = {{.share = 0.125, .sigma_px = 2.5}, {.share = 0.0625, .sigma_px = 40.0}};
@@ -290,6 +291,7 @@ TEST(Refine, EveryKeyIsWrittenUnderItsTable) {
   after.room.lamp_world = {0.5, 0.375, -1.0};
   std::get<SphereShape>(after.objects[0].shape).center_mm = {7.0, 8.0, 271.0};
   after.objects[0].material.diffuse = 0.625;
+  after.objects[0].material.mean_free_path_mm = 0.75;
   after.render.bounces = 1;
   const std::string text = refined_toml({}, before, after);
   EXPECT_EQ(
@@ -298,10 +300,11 @@ TEST(Refine, EveryKeyIsWrittenUnderItsTable) {
       "vignetting = [0.5, 0.25, 0.125]\nvignetting_tilt = [0.0625, 0.75]\n\n"
       "[camera.sensor]  # \"right\"\ngain_dn = 17.5\nblack_level_dn = 4.5\n\n"
       "[projector]\nintrinsics = [702, 707, 31.5, 23.5]\nrt_cam_world = [0, 0, 0, 4, 5, 6]\n"
-      "blur_px = 1.5\nhalo = [[0.125, 2.5], [0.0625, 40]]\nresponse = { gamma = 2.25 }\nlight_field = "
+      "intensity = 30.5\nblur_px = 1.5\nhalo = [[0.125, 2.5], [0.0625, 40]]\nresponse = { gamma = 2.25 "
+      "}\nlight_field = "
       "[0.125, -0.25]\n\n"
       "[[object]]  # \"ball\"\ncenter_mm = [7, 8, 271]\n\n"
-      "[object.material]  # \"ball\"\ndiffuse = 0.625\n\n"
+      "[object.material]  # \"ball\"\ndiffuse = 0.625\nmean_free_path_mm = 0.75\n\n"
       "[room]\nlamp = [0.5, 0.375, -1]\n\n[render]\nbounces = 1\n\n");
 }
 

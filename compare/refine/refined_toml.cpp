@@ -117,6 +117,7 @@ std::string halo_text(const std::vector<Halo>& halo) {
 void add_projector(std::vector<TomlBlock>& blocks, const Projector& before, const Projector& after) {
   ChangedKeys keys({.table = {"projector"}});
   add_device(keys, before.lens, before.T_proj_world, after.lens, after.T_proj_world);
+  keys.key("intensity", fmt::format("{}", before.intensity), fmt::format("{}", after.intensity));
   keys.key("blur_px", fmt::format("{}", before.blur_px), fmt::format("{}", after.blur_px));
   keys.key("blur_field_px2", numbers(before.blur_field_px2), numbers(after.blur_field_px2));
   keys.key("halo", halo_text(before.halo), halo_text(after.halo));

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much of their light surfaces send to others is found beside a gain that is not known: two walls that
+// meet, as the reference in double precision sees them.
+//
+// | check             | tolerance | origin                                                         |
+// |-------------------|-----------|----------------------------------------------------------------|
+// | the reflectivity  | 1 %       | directions: 4,096 of the twin, 2,048 of the truth               |
+// | the gain          | 0.2 %     | what that leaves of it: a fifth of the light is indirect         |
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "compare/causes/group_fit.hpp"
+#include "compare/causes/parameters.hpp"
+#include "render/reference/reference.hpp"
+#include "tests/support/agreement.hpp"
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::compare::bounce_albedo_refined_test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kWidth = 120, kHeight = 90;
+constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5;
+
+Twin corner(double diffuse) {
+  Twin twin = testing::left_window({0, 0, 300}, kWidth, kHeight);
+  for (const double side : {-1.0, 1.0})
+    twin = testing::with_object(twin, side < 0 ? "left_wall" : "right_wall",
+                                PlaneShape{.point_mm = {10.0 * side, 0, 300},
+                                           .normal = Vector3d(-side, 0, -1).normalized(),
+                                           .size_mm = Eigen::Vector2d(60.0, 28.0),
+                                           .u_axis = {0, 1, 0}},
+                                {.diffuse = diffuse});
+  twin.render.bounces = 1;
+  twin.render.bounce_samples = 4096;
+  return twin;
+}
+
+TEST(BounceAlbedoRefined, IsFoundBesideTheGain) {
+  REQUIRE_RENDERER();
+  const render::Reference reference(corner(0.8));
+  GridSamples s;
+  s.camera = 0;
+  s.grid = {1, 0, 0, kWidth, kHeight};
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, kNoiseDn);
+  for (const auto& p : testing::reference_block(reference, 0, {8, 8, kWidth - 16, kHeight - 16, 6},
+                                                {.gauss_n = 2, .bounce_n = 32}, true)) {
+    s.cell.push_back(static_cast<std::size_t>(p.y * kWidth + p.x));
+    for (const double light : p.pixel.irradiance) {
+      s.real_dn.push_back(static_cast<float>(kGain * light + kBlack + noise(random)));
+      s.weight.push_back(static_cast<float>(1.0 / kNoiseDn));
+    }
+  }
+  for (int k = 0; k < 12; ++k) s.images.push_back(k);
+  // the twin's walls are too dark, and its light by as much too strong: the gain is the true one
+  Twin twin = corner(0.5);
+  twin.projector->intensity *= 0.8 / 0.5;
+  s.gain_dn = kGain;
+  s.black_level_dn = kBlack;
+  Sensitivity sensitivity(testing::needed_renderer(), {std::move(s)});
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "bounce_albedo"), {.exact = true});
+  fit.run();
+  EXPECT_TRUE(fit.converged());
+  ASSERT_EQ(fit.known().size(), 1u);
+  EXPECT_NEAR(fit.known()[0].value * 0.5, 0.8, 0.008);
+  EXPECT_NEAR(fit.twin().objects[1].material.diffuse, 0.8, 0.008);
+  EXPECT_NEAR(fit.twin().projector->intensity * fit.twin().objects[0].material.diffuse,
+              twin.projector->intensity * 0.5, 1e-6);
+  EXPECT_NEAR(sensitivity.samples()[0].gain_dn / kGain, 1.0, 0.002);
+}
+
+TEST(BounceAlbedoRefined, IsNoneOfOneBallAlone) {
+  EXPECT_TRUE(parameters_of(testing::window_on_the_sphere(40, 30), "bounce_albedo").empty());
+}
+
+}  // namespace
+}  // namespace fringetwin::compare::bounce_albedo_refined_test
