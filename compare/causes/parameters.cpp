@@ -62,6 +62,7 @@ constexpr double kSharper = 0.5;       ///< times its width: a blur that is fitt
 constexpr double kLittleLight = 0.05;  ///< in a part of a halo that a fit begins with
 
 constexpr double kLongestPathMm = 100.0;  ///< as a file takes it
+constexpr double kDarkest = 0.01;         ///< factor on all reflectivities
 
 bool has_code(const Twin& twin) {
   return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
@@ -313,23 +314,24 @@ class ParameterList : private GroupList {
     return twin_.projector && !alone && !twin_.objects.empty() && !twin_.fringes.has_harmonics_field();
   }
 
-  /// A factor on all reflectivities, with as much less light: what comes straight stays as it is, and the
-  /// gain does not know of it.
+  /// The logarithm of a factor on all reflectivities, with as much less light: what comes straight stays as
+  /// it is, and the gain does not know of it.
   void add_bounce_albedo() {
     if (!surfaces_light_each_other()) return;
     double most = 0.0;
     for (const Object& object : twin_.objects) most = std::max(most, object.material.diffuse);
     if (most == 0.0) return;
-    Parameter& p = add("bounces.albedo", "", 1.0, 0.05, [](Twin& t, double d) {
+    Parameter& p = add("bounces.log_albedo", "", 0.0, 0.05, [](Twin& t, double d) {
+      const double factor = std::exp(d);
       for (Object& object : t.objects) {
-        object.material.diffuse *= 1.0 + d;
-        object.material.specular *= 1.0 + d;
+        object.material.diffuse *= factor;
+        object.material.specular *= factor;
       }
-      t.projector->intensity /= 1.0 + d;
-      t.room.lamp_world /= 1.0 + d;
+      t.projector->intensity /= factor;
+      t.room.lamp_world /= factor;
     });
-    p.smallest = 0.01;
-    p.largest = 1.0 / most;
+    p.smallest = std::log(kDarkest);
+    p.largest = -std::log(most);
   }
 
   void add_bounce() {

@@ -278,9 +278,11 @@ TEST(Subsurface, EdgesOfACodeAreBlurredAndBeside) {
   Twin twin = with_path(window(tilted_plane()), 0.4);
   twin.fringes.directions = {{Axis::x, {16.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}}};
   twin.fringes.unwrap = Unwrap::gray;
-  const Agreement blurred = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 13)),
+  const Agreement blurred = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 13),
+                                      Pixels::interior, {.gauss_n = 4}),
                   sharp = [&] {
-                    const auto truth = reference_block(render::Reference(twin), 0, whole_image(twin, 0, 13));
+                    const auto truth =
+                        reference_block(render::Reference(twin), 0, whole_image(twin, 0, 13), {.gauss_n = 4});
                     return compare(twin, 0, render_fixed(with_path(twin, 0.0)).irradiance, truth);
                   }();
   std::cout << "a code: " << blurred.text() << "; without " << sharp.text() << '\n';
