@@ -254,6 +254,9 @@ void list_keys(Keys& keys, const Projector*) {
   keys("light_factors"), keys("ambient_factors"), keys("image_shifts_px");
 }
 
+/// Of Material::mean_free_path_mm.
+inline constexpr double kLongestFreePathMm = 100.0;
+
 struct Material {
   double diffuse = 0.8;
   double specular = 0.0;
@@ -270,7 +273,7 @@ void list_keys(Keys& keys, const Material*) {
   keys("diffuse", &Material::diffuse, NumberRange::between(0.0, 1.0));
   keys("specular", &Material::specular, NumberRange::not_negative());
   keys("shininess", &Material::shininess, NumberRange::positive());
-  keys("mean_free_path_mm", &Material::mean_free_path_mm, NumberRange::between(0.0, 100.0));
+  keys("mean_free_path_mm", &Material::mean_free_path_mm, NumberRange::between(0.0, kLongestFreePathMm));
   keys("specular_model"), keys("roughness");
 }
 

@@ -61,8 +61,7 @@ constexpr double kNearPerBlur = 4.0, kFarPx = 30.0;
 constexpr double kSharper = 0.5;       ///< times its width: a blur that is fitted beside a halo from none
 constexpr double kLittleLight = 0.05;  ///< in a part of a halo that a fit begins with
 
-constexpr double kLongestPathMm = 100.0;  ///< as a file takes it
-constexpr double kDarkest = 0.01;         ///< factor on all reflectivities
+constexpr double kDarkest = 0.01;  ///< factor on all reflectivities
 
 bool has_code(const Twin& twin) {
   return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
@@ -81,6 +80,12 @@ constexpr std::array kTermsOfBlurField{"u", "v", "u2", "uv", "v2"};  ///< order 
 bool can_have_blur_field(const Twin& twin) {
   const Projector& p = *twin.projector;
   return p.blur_px > 0.0 && !p.pixel_structure && !p.optics && twin.fringes.images.empty() && !has_code(twin);
+}
+
+/// Returns whether light below surfaces can be rendered.
+bool can_have_subsurface(const Twin& twin) {
+  const Projector& p = *twin.projector;
+  return !p.pixel_structure && !p.optics && twin.fringes.images.empty();
 }
 
 /// Returns whether several pitches tell how light is spread: by what they lose of their contrast.
@@ -293,16 +298,14 @@ class ParameterList : private GroupList {
 
   /// From none at all the contrast falls with the square of the path, and the fringes move with it.
   void add_subsurface() {
-    if (!twin_.projector || twin_.projector->optics || twin_.projector->pixel_structure ||
-        !twin_.fringes.images.empty())
-      return;
+    if (!twin_.projector || !can_have_subsurface(twin_)) return;
     for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
       if (twin_.objects[k].material.diffuse == 0.0) continue;
       Parameter& p =
           add(twin_.objects[k].name + ".mean_free_path_mm", "mm", twin_.objects[k].material.mean_free_path_mm,
               0.05, [k](Twin& t, double d) { t.objects[k].material.mean_free_path_mm += d; });
       p.smallest = 0.0;
-      p.largest = kLongestPathMm;
+      p.largest = kLongestFreePathMm;
     }
   }
 

@@ -8,7 +8,6 @@
 // | the gain          | 0.2 %     | what that leaves of it: a fifth of the light is indirect         |
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <random>
 
@@ -21,20 +20,11 @@
 namespace fringetwin::compare::bounce_albedo_refined_test {
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr int kWidth = 120, kHeight = 90;
 constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5;
 
 Twin corner(double diffuse) {
-  Twin twin = testing::left_window({0, 0, 300}, kWidth, kHeight);
-  for (const double side : {-1.0, 1.0})
-    twin = testing::with_object(twin, side < 0 ? "left_wall" : "right_wall",
-                                PlaneShape{.point_mm = {10.0 * side, 0, 300},
-                                           .normal = Vector3d(-side, 0, -1).normalized(),
-                                           .size_mm = Eigen::Vector2d(60.0, 28.0),
-                                           .u_axis = {0, 1, 0}},
-                                {.diffuse = diffuse});
+  Twin twin = testing::window_on_a_corner(diffuse, kWidth, kHeight);
   twin.render.bounces = 1;
   twin.render.bounce_samples = 4096;
   return twin;

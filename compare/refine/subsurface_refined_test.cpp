@@ -4,13 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
 
 #include "compare/causes/causes.hpp"
 #include "compare/causes/group_fit.hpp"
 #include "compare/causes/parameters.hpp"
-#include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"
+#include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::subsurface_refined_test {
@@ -18,10 +17,12 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr int kWidth = 96, kHeight = 80;
-constexpr double kGain = 20.0, kBlack = 7.0, kNoiseDn = 0.5;
+using namespace planted_samples;
 
-Twin rig() { return testing::window_on_the_sphere(kWidth, kHeight); }
+constexpr double kSeenNoiseDn = 0.5;
+
+/// Twice the usual window: in that one, with less noise, the search names it only beside a second cause.
+Twin rig() { return testing::window_on_the_sphere(2 * kWidth, 2 * kHeight); }
 
 Twin with_path(double mean_free_path_mm) {
   Twin twin = rig();
@@ -29,36 +30,19 @@ Twin with_path(double mean_free_path_mm) {
   return twin;
 }
 
-/// What both cameras see of a twin, with noise.
-std::vector<GridSamples> seen(const Twin& truth) {
-  const render::Reference reference(truth);
-  std::mt19937 random(5);
-  std::normal_distribution<double> noise(0.0, kNoiseDn);
-  std::vector<GridSamples> all;
-  for (std::size_t c = 0; c < 2; ++c) {
-    GridSamples s;
-    s.camera = c;
-    s.grid = {1, 0, 0, kWidth, kHeight};
-    s.gain_dn = kGain;
-    s.black_level_dn = kBlack;
-    for (const auto& p : testing::reference_block(reference, c, {0, 0, kWidth, kHeight, 1}, {.gauss_n = 2})) {
-      s.cell.push_back(static_cast<std::size_t>(p.y * kWidth + p.x));
-      for (const double light : p.pixel.irradiance) {
-        s.real_dn.push_back(static_cast<float>(kGain * light + kBlack + noise(random)));
-        s.weight.push_back(static_cast<float>(1.0 / kNoiseDn));
-      }
-    }
-    for (int k = 0; k < 12; ++k) s.images.push_back(k);
-    all.push_back(std::move(s));
-  }
-  return all;
-}
+/// What both cameras see of a twin by the reference, with noise.
+struct Seen {
+  explicit Seen(const Twin& truth) : recorded(traced_by_reference(truth)) {}
+  Images recorded;
+  std::vector<CameraImages> frames = frames_of(recorded);
+  Sensitivity sensitivity{testing::needed_renderer(), samples_of(recorded, same, frames, kSeenNoiseDn)};
+};
 
 TEST(SubsurfaceRefined, IsNamed) {
   REQUIRE_RENDERER();
   for (const double path_mm : {0.3, 1.0, 3.0}) {
-    Sensitivity sensitivity(testing::needed_renderer(), seen(with_path(path_mm)));
-    const Causes causes = find_causes(sensitivity, rig());
+    Seen seen(with_path(path_mm));
+    const Causes causes = find_causes(seen.sensitivity, rig());
     EXPECT_THAT(causes.together, ElementsAre("subsurface")) << path_mm;
     const auto row = std::ranges::find(causes.rows, "subsurface", &CauseRow::group);
     ASSERT_NE(row, causes.rows.end());
@@ -71,9 +55,9 @@ TEST(SubsurfaceRefined, IsRefinedBackFromNoneAndFromTooMuch) {
   REQUIRE_RENDERER();
   for (const double path_mm : {0.3, 1.0, 3.0})
     for (const double start_mm : {0.0, 2.0}) {
-      Sensitivity sensitivity(testing::needed_renderer(), seen(with_path(path_mm)));
+      Seen seen(with_path(path_mm));
       const Twin twin = with_path(start_mm);
-      GroupFit fit(sensitivity, twin, parameters_of(twin, "subsurface"), {.exact = true});
+      GroupFit fit(seen.sensitivity, twin, parameters_of(twin, "subsurface"), {.exact = true});
       fit.run();
       EXPECT_TRUE(fit.converged());
       EXPECT_NEAR(fit.chi2(), 1.0, 0.02);  // 184,320 values: sqrt(2/n) = 0.0033
@@ -95,9 +79,9 @@ TEST(SubsurfaceRefined, IsFoundFromItsContrastAlone) {
     twin.cameras[1].lens = twin.cameras[0].lens;
     return twin;
   };
-  Sensitivity sensitivity(testing::needed_renderer(), seen(coaxial(0.5)));
+  Seen seen(coaxial(0.5));
   const Twin twin = coaxial(0.0);
-  GroupFit fit(sensitivity, twin, parameters_of(twin, "subsurface"), {.exact = true});
+  GroupFit fit(seen.sensitivity, twin, parameters_of(twin, "subsurface"), {.exact = true});
   fit.run();
   EXPECT_TRUE(fit.converged());
   EXPECT_NEAR(fit.chi2(), 1.0, 0.02);

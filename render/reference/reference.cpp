@@ -78,6 +78,11 @@ Eigen::Vector3d on_side(const Eigen::Vector3d& normal, const Eigen::Vector3d& si
   return normal.dot(side) < 0.0 ? Eigen::Vector3d(-normal) : normal;
 }
 
+// Returns the projector's axis along which a pattern changes.
+Eigen::Vector2d unit_vector(Axis axis) {
+  return axis == Axis::x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY();
+}
+
 /// Directions over the hemisphere around the side of a shading normal that a geometric normal faces, by the
 /// cosine: sin^2 of the polar angle is uniform.
 class Hemisphere {
@@ -200,7 +205,7 @@ void Reference::Impl::send_below(const Ray& ray, const SceneHit& hit, PixelSampl
   const Eigen::Vector3d L = (projector_center - sample.point_world_mm).normalized();
   const std::array axes{N.unitOrthogonal(), Eigen::Vector3d(N.cross(N.unitOrthogonal()))};
   BelowSurface below{.mean_free_path_mm = material.mean_free_path_mm,
-                     .albedo = material.diffuse * hit.albedo};
+                     .scattered_share = reference_scattered_share(material.diffuse * hit.albedo)};
   for (int k = 0; k < 2; ++k) {
     below.to_light[k] = axes[k].dot(L);
     below.to_viewer[k] = -axes[k].dot(ray.direction);
@@ -333,7 +338,8 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
   pixel.mean += w;
   for (std::size_t d = 0; d < pixel.cosine.size(); ++d) {
     const DirectionFringes& fringes = twin.fringes.directions[d];
-    const double x = fringes.axis == Axis::x ? s.projector_px.x() : s.projector_px.y();
+    const Eigen::Vector2d axis = unit_vector(fringes.axis);
+    const double x = s.projector_px.dot(axis);
     for (std::size_t p = 0; p < pixel.cosine[d].size(); ++p) {
       const double theta = 2.0 * pi * (x - fringes.phase_origin_px[p]) / fringes.pitches_px[p];
       const double u =
@@ -341,10 +347,8 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
       const double r = fringes.axis == Axis::x ? s.defocus_px.x() : s.defocus_px.y();
       const double v = 2.0 * pi * r / fringes.pitches_px[p];
       const double contrast = std::exp(-2.0 * u * u) * (v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v);
-      const Eigen::Vector2d k =
-          2.0 * pi / fringes.pitches_px[p] *
-          (fringes.axis == Axis::x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY());
-      const std::complex<double> kept = s.below ? reference_kept_below(*s.below, k) : 1.0;
+      const std::complex<double> kept =
+          s.below ? reference_kept_below(*s.below, 2.0 * pi / fringes.pitches_px[p] * axis) : 1.0;
       const std::complex<double> light = w * contrast * std::polar(1.0, theta) * kept;
       pixel.cosine[d][p] += light.real();
       pixel.sine[d][p] += light.imag();
@@ -363,10 +367,8 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
       pixel.irradiance[i] += now * patterns[i](s.projector_px, s.defocus_px);
       continue;
     }
-    const bool along_x = twin.fringes.directions[sequence[i].direction].axis == Axis::x;
-    pixel.irradiance[i] +=
-        now * spectra[i].value(along_x ? s.projector_px.x() : s.projector_px.y(),
-                               along_x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY(), *s.below);
+    const Eigen::Vector2d axis = unit_vector(twin.fringes.directions[sequence[i].direction].axis);
+    pixel.irradiance[i] += now * spectra[i].value(s.projector_px.dot(axis), axis, *s.below);
   }
 }
 

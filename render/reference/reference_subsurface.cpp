@@ -11,12 +11,7 @@ namespace fringetwin::render {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-namespace {
-
-/// Share of the light that a scattering event leaves, for a half space of isotropic ones that reflects so
-/// much of diffuse light: van de Hulst's formula A = (1 - s)(1 - 0.139 s)/(1 + 1.17 s), s^2 = 1 - share, by
-/// Newton.
-double scattered_share(double albedo) {
+double reference_scattered_share(double albedo) {
   double s = 0.5;
   for (int i = 0; i < 50; ++i) {
     const double top = (1.0 - s) * (1.0 - 0.139 * s), below = 1.0 + 1.17 * s;
@@ -26,20 +21,17 @@ double scattered_share(double albedo) {
   return 1.0 - s * s;
 }
 
-}  // namespace
-
 Complex reference_kept_below(const BelowSurface& place, const Eigen::Vector2d& k_per_px) {
   constexpr double kRefraction = 1.4;
   const Eigen::Vector2d k = place.mean_free_path_mm * place.px_per_mm.transpose() * k_per_px;
   const Eigen::Vector2d in = place.to_light / kRefraction, out = place.to_viewer / kRefraction;
-  const double share = scattered_share(place.albedo);
   const auto reflected = [&](const Eigen::Vector2d& frequency) {
     const Complex i(0.0, 1.0);
     const Complex a = (1.0 - i * frequency.dot(in)) / std::sqrt(1.0 - in.squaredNorm());
     const Complex b = (1.0 + i * frequency.dot(out)) / std::sqrt(1.0 - out.squaredNorm());
     const auto h = [&](const Complex& slant) {
       return (slant + std::sqrt(frequency.squaredNorm() + 3.0)) /
-             (slant + std::sqrt(frequency.squaredNorm() + 3.0 * (1.0 - share)));
+             (slant + std::sqrt(frequency.squaredNorm() + 3.0 * (1.0 - place.scattered_share)));
     };
     return h(a) * h(b) / (a + b);
   };

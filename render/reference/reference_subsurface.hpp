@@ -16,11 +16,16 @@ namespace fringetwin::render {
 /// tangent plane.
 struct BelowSurface {
   double mean_free_path_mm = 0.0;
-  double albedo = 0.0;
+  double scattered_share = 0.0;                         ///< reference_scattered_share()
   Eigen::Vector2d to_light = Eigen::Vector2d::Zero();   ///< tangential part of the unit vector
   Eigen::Vector2d to_viewer = Eigen::Vector2d::Zero();  ///< the same
   Eigen::Matrix2d px_per_mm = Eigen::Matrix2d::Zero();  ///< projector's x, y by the two axes
 };
+
+/// Returns the share of the light that a scattering event leaves, for a half space of isotropic ones that
+/// reflects so much of diffuse light: van de Hulst's formula A = (1 - s)(1 - 0.139 s)/(1 + 1.17 s), s^2 = 1 -
+/// share, by Newton.
+double reference_scattered_share(double albedo);
 
 /// Returns what a pattern exp(i k.q) of the projector's px becomes, relative to itself at the place: sizes
 /// below 1, and the angle by which it lies beside.

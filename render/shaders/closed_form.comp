@@ -164,11 +164,10 @@ void main() {
                w0 * q * (0.5 * hxx * xx + hxy * xy + 0.5 * hyy * yy);                                    \
     float s = sin(theta), co = cos(theta);                                                               \
     if (SUBSURFACE != 0) { /* a factor that is linear over the pixel, like the shading, but complex */    \
-      vec2 here = pair_of(below_here, i);                                                                \
-      vec2 x = 0.5 * (pair_of(below_right, i) - pair_of(below_left, i));                                 \
-      vec2 y = 0.5 * (pair_of(below_down, i) - pair_of(below_up, i));                                    \
-      vec2 bend = abs(pair_of(below_right, i) + pair_of(below_left, i) - 2.0 * here) +                   \
-                  abs(pair_of(below_down, i) + pair_of(below_up, i) - 2.0 * here);                       \
+      vec2 here = pair_of(below_here, i), left = pair_of(below_left, i), right = pair_of(below_right, i); \
+      vec2 up = pair_of(below_up, i), down = pair_of(below_down, i);                                     \
+      vec2 x = 0.5 * (right - left), y = 0.5 * (down - up);                                              \
+      vec2 bend = abs(right + left - 2.0 * here) + abs(down + up - 2.0 * here);                          \
       float left_out = length(bend) * fill * fill / 24.0;                                                \
       gray_error = max(gray_error, shading_error + w0 * left_out);                                       \
       phase_error = max(phase_error, SHARE(i) * left_out / max(length(here), 1e-3));                     \

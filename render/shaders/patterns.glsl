@@ -200,9 +200,9 @@ float direct_value(int i, real2 u) {
 float direct_value_from_below(int i, real2 u) {
   vec2 axis = params.direct[i].zw;
   real2 entered = u + real2(axis * entered_beside_px(axis));
-  float scale = profile_scale(), sum = 0.0;
+  float sum = 0.0;
   for (int k = 0; k < BELOW_NORMALS; ++k) {
-    below_variance = BELOW_VARIANCE[k] * scale * scale;
+    below_variance = BELOW_VARIANCE[k] * below.scale * below.scale;
     sum += BELOW_SHARE[k] * direct_value(i, entered);
   }
   below_variance = 0.0;

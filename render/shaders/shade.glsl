@@ -55,6 +55,7 @@ void set_below(const Hit hit, real3 p, vec3 l, vec3 v, float share, bool lit) {
   below.cosines = sqrt(1.0 - vec2(dot(light, light), dot(viewer, viewer)));
   below.lost = 3.0 * s * s;
   below.share = share;
+  below.scale = profile_scale(hit.material.x);
   if (!goes_in) below = NEVER_BELOW;
 }
 

@@ -14,15 +14,16 @@ struct Below {
   vec2 cosines;     // of both ways inside and the normal
   float lost;       // 3 (1 - share of the light that a scattering event leaves)
   float share;      // of the light that has been inside; the lobe has not
+  float scale;      // of the profile over l; for codes, which the adaptive trace has none of
 };
-const Below NEVER_BELOW = Below(vec3(0.0), vec2(0.0), vec2(0.0), vec2(1.0), 3.0, 0.0);
+const Below NEVER_BELOW = Below(vec3(0.0), vec2(0.0), vec2(0.0), vec2(1.0), 3.0, 0.0, 0.0);
 Below below = NEVER_BELOW;  // of the hit last shaded
 
 #define PACK_BELOW(to, at)                                           \
   to[at] = vec4(below.spread_px2, below.lost);                       \
   to[at + 1] = vec4(below.light_px, below.viewer_px);                \
   to[at + 2] = vec4(below.cosines, below.share, 0.0);
-Below unpack_below(vec4 a, vec4 b, vec4 c) { return Below(a.xyz, b.xy, b.zw, c.xy, a.w, c.z); }
+Below unpack_below(vec4 a, vec4 b, vec4 c) { return Below(a.xyz, b.xy, b.zw, c.xy, a.w, c.z, 0.0); }
 
 vec2 complex_product(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 
@@ -73,7 +74,7 @@ const float BELOW_SHARE[BELOW_NORMALS] = float[BELOW_NORMALS](0.05892567, 0.2164
 // Of these the one that is being evaluated, times (d/l)^2.
 float below_variance = 0.0;
 
-float profile_scale() {
-  float s = sqrt(below.lost / 3.0), albedo = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s), from = abs(albedo - 0.8);
+float profile_scale(float albedo) {
+  float from = abs(albedo - 0.8);
   return 1.0 / (1.85 - albedo + 7.0 * from * from * from);
 }

@@ -241,20 +241,13 @@ TEST(Subsurface, ChangesNoBitOfOtherObjects) {
 // Light over a translucent wall has been below it, too. Paths: as in bounces_test.cpp.
 TEST(Subsurface, LightOverATranslucentSurfaceHasBeenBelowIt) {
   REQUIRE_RENDERER();
-  Twin twin = left_window({0, 0, 300}, 120, 90);
-  for (const double side : {-1.0, 1.0})
-    twin = with_object(twin, side < 0 ? "left_wall" : "right_wall",
-                       PlaneShape{.point_mm = {10.0 * side, 0, 300},
-                                  .normal = Vector3d(-side, 0, -1).normalized(),
-                                  .size_mm = Eigen::Vector2d(60.0, 28.0),
-                                  .u_axis = {0, 1, 0}},
-                       {.diffuse = 0.8});
+  Twin twin = window_on_a_corner(0.8, 120, 90);
   twin.render.bounces = 1;
   twin.render.bounce_samples = 4096;
+  const auto truth = reference_block(render::Reference(with_path(twin, 1.0)), 0, {10, 20, 100, 50, 16},
+                                     {.gauss_n = 2, .bounce_n = 64});
   const auto compared = [&](double path_mm) {
     const Twin below = with_path(twin, path_mm);
-    const auto truth = reference_block(render::Reference(with_path(twin, 1.0)), 0, {10, 20, 100, 50, 16},
-                                       {.gauss_n = 2, .bounce_n = 64});
     return compare(below, 0, shared_renderer()->render(below, 0, {Sampler::gauss, 16}).irradiance, truth);
   };
   const Agreement with = compared(1.0), without = compared(0.0);
@@ -278,13 +271,9 @@ TEST(Subsurface, EdgesOfACodeAreBlurredAndBeside) {
   Twin twin = with_path(window(tilted_plane()), 0.4);
   twin.fringes.directions = {{Axis::x, {16.0}, {0.0}, GrayCode{.bits = 6, .complementary = true}}};
   twin.fringes.unwrap = Unwrap::gray;
-  const Agreement blurred = agreement(twin, 0, render::choose_sampling(twin), whole_image(twin, 0, 13),
-                                      Pixels::interior, {.gauss_n = 4}),
-                  sharp = [&] {
-                    const auto truth =
-                        reference_block(render::Reference(twin), 0, whole_image(twin, 0, 13), {.gauss_n = 4});
-                    return compare(twin, 0, render_fixed(with_path(twin, 0.0)).irradiance, truth);
-                  }();
+  const auto truth = reference_block(render::Reference(twin), 0, whole_image(twin, 0, 13), {.gauss_n = 4});
+  const Agreement blurred = compare(twin, 0, render_fixed(twin).irradiance, truth),
+                  sharp = compare(twin, 0, render_fixed(with_path(twin, 0.0)).irradiance, truth);
   std::cout << "a code: " << blurred.text() << "; without " << sharp.text() << '\n';
   EXPECT_LE(blurred.gray_rms, 0.02);
   EXPECT_GE(sharp.gray_rms, 2.0 * blurred.gray_rms);

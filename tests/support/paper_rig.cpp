@@ -99,4 +99,17 @@ Twin only_camera(Twin twin, std::size_t index) {
   return twin;
 }
 
+Twin window_on_a_corner(double diffuse, int width, int height) {
+  using Eigen::Vector3d;
+  Twin twin = left_window({0, 0, 300}, width, height);
+  for (const double side : {-1.0, 1.0})
+    twin = with_object(twin, side < 0 ? "left_wall" : "right_wall",
+                       PlaneShape{.point_mm = {10.0 * side, 0, 300},
+                                  .normal = Vector3d(-side, 0, -1).normalized(),
+                                  .size_mm = Eigen::Vector2d(60.0, 28.0),
+                                  .u_axis = {0, 1, 0}},
+                       {.diffuse = diffuse});
+  return twin;
+}
+
 }  // namespace fringetwin::testing

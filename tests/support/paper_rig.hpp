@@ -36,6 +36,10 @@ inline Twin left_window(const Eigen::Vector3d& point_world_mm, int width, int he
   return crop_around(only_camera(paper_rig(), 0), point_world_mm, width, height);
 }
 
+/// Returns such a window on two walls at right angles, "left_wall" and "right_wall", that meet along y behind
+/// (0, 0, 300).
+Twin window_on_a_corner(double diffuse, int width, int height);
+
 /// Returns the paper's rig with its physical sphere as "ball", each camera cropped to a window that it fills.
 inline Twin window_on_the_sphere(int width, int height) {
   const SphereShape ball = physical_sphere();

@@ -150,7 +150,8 @@ class Rig:
         phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
         kept = np.exp(-2 * np.pi**2 * more_blur_px2 / pitch**2)
         if below:
-            kept, phase = kept * np.abs(below.kept(pitch)), phase + np.angle(below.kept(pitch))
+            inside = below.kept(pitch)
+            kept, phase = kept * np.abs(inside), phase + np.angle(inside)
         level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
         if self.projector_response:
             level = self.projector_response(level)

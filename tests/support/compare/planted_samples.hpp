@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gray values of a window on the paper's sphere with an error and noise, as samples that parameters are
-// fitted to; the truth is rendered, or traced by the double-precision reference.
+// Gray values of a window, on the paper's sphere as a rule, with an error and noise, as samples that
+// parameters are fitted to; the truth is rendered, or traced by the double-precision reference.
 #pragma once
 #include <functional>
 #include <random>
@@ -29,14 +29,16 @@ using Error = std::function<double(double e, std::size_t camera, int image, int 
 
 /// Returns samples of gray values with the error and noise, and the twin's own images as their frame.
 inline std::vector<GridSamples> samples_of(const Images& truth, const Error& error,
-                                           const std::vector<CameraImages>& frames) {
+                                           const std::vector<CameraImages>& frames,
+                                           double noise_dn = kNoiseDn) {
   std::vector<GridSamples> all;
   std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, kNoiseDn);
+  std::normal_distribution<double> noise(0.0, noise_dn);
   for (std::size_t c = 0; c < truth.size(); ++c) {
     GridSamples s;
     s.camera = c;
-    s.grid = {1, 0, 0, kWidth, kHeight};
+    const int width = truth[c][0].width;
+    s.grid = {1, 0, 0, width, truth[c][0].height};
     s.gain_dn = kGain;
     s.black_level_dn = kBlack;
     s.frame = &frames[c];
@@ -45,9 +47,9 @@ inline std::vector<GridSamples> samples_of(const Images& truth, const Error& err
       s.cell.push_back(i);
       for (const int k : s.images) {
         const double e = error(static_cast<double>(truth[c][static_cast<std::size_t>(k)].data[i]), c, k,
-                               static_cast<int>(i) % kWidth, static_cast<int>(i) / kWidth);
+                               static_cast<int>(i) % width, static_cast<int>(i) / width);
         s.real_dn.push_back(static_cast<float>(kGain * e + kBlack + noise(random)));
-        s.weight.push_back(static_cast<float>(1.0 / kNoiseDn));
+        s.weight.push_back(static_cast<float>(1.0 / noise_dn));
       }
     }
     all.push_back(std::move(s));
@@ -58,15 +60,17 @@ inline std::vector<GridSamples> samples_of(const Images& truth, const Error& err
 /// Returns irradiance by the double-precision reference, which knows no Fourier series of a pattern.
 inline Images traced_by_reference(const Twin& truth) {
   const render::Reference reference(truth);
-  Images images(truth.cameras.size(),
-                std::vector<ImageF>(expand_sequence(truth.fringes).size(), ImageF(kWidth, kHeight, 0.0F)));
-  for (std::size_t c = 0; c < images.size(); ++c)
+  Images images;
+  for (std::size_t c = 0; c < truth.cameras.size(); ++c) {
+    const int width = truth.cameras[c].lens.width(), height = truth.cameras[c].lens.height();
+    images.emplace_back(expand_sequence(truth.fringes).size(), ImageF(width, height, 0.0F));
 #pragma omp parallel for schedule(dynamic)
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      const auto pixel = reference.pixel(c, i % kWidth, i / kWidth, {.gauss_n = 4});
+    for (int i = 0; i < width * height; ++i) {
+      const auto pixel = reference.pixel(c, i % width, i / width, {.gauss_n = 4});
       for (std::size_t k = 0; k < images[c].size(); ++k)
         images[c][k].data[static_cast<std::size_t>(i)] = static_cast<float>(pixel.irradiance[k]);
     }
+  }
   return images;
 }
 
