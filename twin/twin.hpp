@@ -313,6 +313,8 @@ struct RenderOptions {
   /// Over how many other surfaces light of the projector may come before the one that is seen.
   int bounces = 0;
   int bounce_samples = 256;  ///< directions of each place that gathers light over others
+  /// Such light may leave the first and the last of its surfaces by their lobes, too.
+  bool glossy_bounces = false;
 };
 template <class Keys>
 void list_keys(Keys& keys, const RenderOptions*) {
@@ -324,6 +326,7 @@ void list_keys(Keys& keys, const RenderOptions*) {
   keys("shadow", &RenderOptions::shadow);
   keys("bounces");
   keys("bounce_samples", &RenderOptions::bounce_samples, 2, 65536);
+  keys("glossy_bounces", &RenderOptions::glossy_bounces);
 }
 
 enum class Triangulate { stereo, projector };

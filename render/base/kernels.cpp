@@ -27,6 +27,9 @@ std::span<const std::uint32_t> kernel_code(Kernel kernel, bool storage, bool pre
       return choose(lines_spv, lines_storage_spv, lines_precise_spv, lines_precise_storage_spv);
     case Kernel::gather:
       return choose(gather_spv, gather_storage_spv, gather_precise_spv, gather_precise_storage_spv);
+    case Kernel::mirror_ways:
+      return choose(mirror_ways_spv, mirror_ways_storage_spv, mirror_ways_precise_spv,
+                    mirror_ways_precise_storage_spv);
   }
   FT_CHECK(false, "unknown kernel");
   return {};

@@ -13,7 +13,7 @@ namespace fringetwin::render {
 /// The values of a kernel's specialisation constants, SPEC_... of shared.h.
 using SpecConstants = std::array<std::uint32_t, SPEC_COUNT>;
 
-enum class Kernel { trace, probe, closed_form, border, facets, lines, gather };
+enum class Kernel { trace, probe, closed_form, border, facets, lines, gather, mirror_ways };
 
 /// Returns the SPIR-V of a kernel. `storage`: geometry in storage buffers instead of texel buffers;
 /// `precise`: double precision.

@@ -16,6 +16,12 @@ constexpr std::uint32_t kDirectionsAtATime = 32;
 
 std::size_t groups_of(std::size_t n) { return (n + BLOCK_PIXELS - 1) / BLOCK_PIXELS; }
 
+// Returns how many directions each way of mirrored light has, beside those of the hemisphere: even, as these.
+std::uint32_t of_each_way(std::size_t directions) {
+  constexpr std::size_t kOneOf = 8;
+  return static_cast<std::uint32_t>(std::max<std::size_t>(2, directions / kOneOf / 2 * 2));
+}
+
 // A rule of one ray, for what every kernel wants to know of samples.
 const SampleSetup& one_ray() {
   static const SampleSetup samples = [] {
@@ -66,7 +72,7 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
 }
 
 Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pass, std::size_t directions,
-                   bool with_places)
+                   bool with_places, By by)
     : device_(device),
       job_(job),
       pass_(pass),
@@ -77,6 +83,9 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
   FT_CHECK(directions >= 2 && directions % 2 == 0, "two sets of directions");
   constants_[SPEC_BOUNCES] = 1;
   constants_[SPEC_WRITE_PLACES] = with_places ? 1 : 0;
+  constants_[SPEC_GLOSSY] = is_glossy(job) ? 1 : 0;
+  constants_[SPEC_BY_LOBE] = by == By::lobe ? 1 : 0;
+  if (is_glossy(job) && by == By::reflectivity) of_way_ = of_each_way(directions);
   if (with_places)
     most_ = std::clamp(kMostBytes / (sizeof(SurfacePlace) * directions) / BLOCK_PIXELS * BLOCK_PIXELS,
                        std::size_t{BLOCK_PIXELS}, kMostPlaces);
@@ -96,9 +105,12 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
   push.n_blocks_band = static_cast<gpu::uint>(groups_of(n));
   push.sentinel = SENTINEL_LOOPS;
   push.n_directions = static_cast<gpu::uint>(directions_);
-  run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push, push.n_directions,
-                  push.n_blocks_band, &at_a_time_, job_.out);
-  job_.out->rays += std::uint64_t{n} * directions_;
+  push.n_of_way = of_way_;
+  if (of_way_ > 0) find_mirror_ways(push);
+  const std::uint32_t all = push.n_directions + MIRROR_WAYS * of_way_;
+  run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push, all, push.n_blocks_band,
+                  &at_a_time_, job_.out);
+  job_.out->rays += std::uint64_t{n} * all;
   const bool with_places = constants_[SPEC_WRITE_PLACES] != 0;
   return {device_.read<float>(BIND_OUTPUT, stride * (pass_.channels() + GATHER_MORE)),
           with_places ? device_.read<SurfacePlace>(BIND_PLACES, stride * directions_) : nullptr,
@@ -106,6 +118,15 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
           stride,
           directions_,
           pass_.channels()};
+}
+
+// Where the driver's limit of loop iterations cuts it short there are no ways: only noise is larger for it.
+void Gatherer::find_mirror_ways(gpu::Push push) {
+  const std::size_t texels = std::size_t{push.n_blocks_band} * BLOCK_PIXELS * MIRROR_WAYS * WAY_TEXELS;
+  device_.reserve(BIND_WAYS, texels * sizeof(gpu::vec4));
+  if (!device_.dispatch(device_.bound_kernel(Kernel::mirror_ways, constants_), push, push.n_blocks_band,
+                        job_.out))
+    device_.fill(BIND_WAYS, std::vector<gpu::vec4>(texels, gpu::vec4{}));
 }
 
 }  // namespace fringetwin::render

@@ -65,23 +65,35 @@ SeenPlaces look_at(TraceDevice& device, const TraceJob& job, const std::vector<s
 /// Returns how many values the light of a place has: the sums of a pass without the hits.
 inline std::size_t light_channels(const PassPlan& pass) { return pass.channels() - 1; }
 
+/// Returns whether light between surfaces leaves them by their lobes, too.
+inline bool is_glossy(const TraceJob& job) {
+  return job.twin.render.glossy_bounces && job.scene.specular != 0;
+}
+
 class Gatherer {
  public:
+  /// What a place does with the light around it: it has a reflectivity for all of it, or its lobe sends a
+  /// part to the camera (a sum of light then, and only of places that pixels see).
+  enum class By { reflectivity, lobe };
+
   /// Uploads the pass; the scene must have been uploaded. Light over more than one surface is that of
   /// job.cells. `directions`: of each place, a multiple of 2. `with_places`: what they meet is wanted.
   Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pass, std::size_t directions,
-           bool with_places);
+           bool with_places, By by = By::reflectivity);
   /// Returns how many places gather at a time.
   std::size_t most_at_a_time() const { return most_; }
   Gathered gather(std::span<const SurfacePlace> places);
 
  private:
+  void find_mirror_ways(gpu::Push push);
+
   TraceDevice& device_;
   const TraceJob& job_;
   const PassPlan& pass_;
   SpecConstants constants_;
   std::size_t directions_, most_;
-  std::uint32_t at_a_time_;  ///< directions in one dispatch
+  std::uint32_t of_way_ = 0;  ///< directions besides, along each way of mirrored light
+  std::uint32_t at_a_time_;   ///< directions in one dispatch
 };
 
 }  // namespace fringetwin::render

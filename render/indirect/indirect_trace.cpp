@@ -29,6 +29,8 @@ constexpr std::size_t kPlacesForCells = 4096;
 constexpr double kPoint = 0.28867513459481287;
 // Numbers of a place besides its light: Gathered::towards().
 constexpr std::size_t kTowards = 3;
+// Of the directions of a place so many serve its lobe, which takes them of a smaller part of what is around.
+constexpr std::size_t kForLobe = 2;
 
 class IndirectLight {
  public:
@@ -37,25 +39,28 @@ class IndirectLight {
   void add(const std::vector<PassPlan>& passes) {
     if (seen_.places.empty()) return;
     find_cells(passes.front());
-    std::optional<LightLattice> lattice;
+    look_at_edges();
     for (std::size_t i = 0; i < passes.size(); ++i) {
-      const PassPlan& pass = passes[i];
-      if (job_.cells) cells_->upload(device_, job_, pass, i == 0);
-      Gatherer gatherer(device_, job_, pass, directions(), false);
-      const LightLattice::Gather gather = [&](const std::vector<std::uint32_t>& pixels) {
-        return light_of(gatherer, pass, pixels);
-      };
-      if (!lattice)
-        lattice.emplace(seen_, roughness_, light_channels(pass), light_channels(pass) + kTowards, kTolerance,
-                        gather, first_step_px());
-      add_pass(*lattice, pass, i == 0, i == 0 ? lattice->values() : gather(lattice->pixels()).values);
+      if (job_.cells) cells_->upload(device_, job_, passes[i], i == 0);
+      add_layer(of_reflectivity_, passes[i], i == 0);
+      if (is_glossy(job_)) add_layer(of_lobes_, passes[i], i == 0);
     }
-    widen_estimate(*lattice);
+    widen_estimate();
   }
 
  private:
-  std::size_t directions() const {
-    return static_cast<std::size_t>(std::max(2, job_.twin.render.bounce_samples / 2 * 2));
+  /// Light that is interpolated by itself: what comes of surfaces' reflectivity, or of their lobes.
+  struct Layer {
+    Gatherer::By by;
+    std::size_t more;  ///< numbers of a place besides its light
+    std::size_t directions;
+    std::optional<LightLattice> lattice = std::nullopt;
+    std::vector<float> shares = {};  ///< per pixel: of the light, what it sends to the camera
+  };
+
+  std::size_t directions(std::size_t one_of) const {
+    const auto all = static_cast<std::size_t>(std::max(2, job_.twin.render.bounce_samples));
+    return std::max<std::size_t>(2, all / one_of / 2 * 2);
   }
 
   // Views whose pixels stand apart, as the search for causes has them, have squares as large as the image's.
@@ -107,62 +112,97 @@ class IndirectLight {
     if (cells_->size() > 0) job_.cells = cells_->lookup();
   }
 
-  LightOfPixels light_of(Gatherer& gatherer, const PassPlan& pass,
+  bool has_lobe(const SurfacePlace& place) const {
+    const auto primitive = static_cast<std::size_t>(place.primitive);
+    return job_.scene.materials[primitive].y > 0.0F;
+  }
+
+  void add_layer(Layer& layer, const PassPlan& pass, bool first_pass) {
+    Gatherer gatherer(device_, job_, pass, layer.directions, false, layer.by);
+    const LightLattice::Gather gather = [&](const std::vector<std::uint32_t>& pixels) {
+      return light_of(layer, gatherer, pass, pixels);
+    };
+    if (!layer.lattice)
+      layer.lattice.emplace(seen_, roughness_, light_channels(pass), light_channels(pass) + layer.more,
+                            kTolerance, gather, first_step_px());
+    if (first_pass) find_shares(layer, light_channels(pass));
+    add_pass(layer, pass, first_pass,
+             first_pass ? layer.lattice->values() : gather(layer.lattice->pixels()).values);
+  }
+
+  LightOfPixels light_of(const Layer& layer, Gatherer& gatherer, const PassPlan& pass,
                          const std::vector<std::uint32_t>& pixels) const {
+    const bool by_lobe = layer.by == Gatherer::By::lobe;
+    const std::size_t numbers = light_channels(pass) + layer.more;
     LightOfPixels light;
+    light.values.assign(pixels.size() * numbers, 0.0F);
+    light.sigma.assign(pixels.size(), 0.0F);
     std::vector<SurfacePlace> places;
-    for (const std::uint32_t pixel : pixels) {
-      places.push_back(seen_.place(pixel));
-      places.back().number = static_cast<float>(pixel % (1U << 24));
+    std::vector<std::size_t> of_place;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (by_lobe) light.beside.push_back(diffuse_light_.data[pixels[i]]);
+      if (by_lobe && !has_lobe(seen_.place(pixels[i]))) continue;
+      places.push_back(seen_.place(pixels[i]));
+      places.back().number = static_cast<float>(pixels[i] % (1U << 24));
+      of_place.push_back(i);
     }
     for (std::size_t first = 0; first < places.size(); first += gatherer.most_at_a_time()) {
       const Gathered from =
           gatherer.gather({&places[first], std::min(gatherer.most_at_a_time(), places.size() - first)});
       for (std::size_t i = 0; i < from.n; ++i) {
         const float mean = from.sum(0, i), first_half = from.sum(1, i);
-        light.values.push_back(mean);
-        for (std::size_t c = 2; c < pass.channels(); ++c) light.values.push_back(from.sum(c, i));
+        float* value = &light.values[of_place[first + i] * numbers];
+        *value++ = mean;
+        for (std::size_t c = 2; c < pass.channels(); ++c) *value++ = from.sum(c, i);
         const Eigen::Vector3f towards = from.towards(i, places[first + i].n);
-        light.values.insert(light.values.end(), towards.begin(), towards.end());
-        light.sigma.push_back(std::abs(2.0F * first_half - mean));  // half the difference of two means
+        for (std::size_t k = 0; k < layer.more; ++k) *value++ = towards[static_cast<Eigen::Index>(k)];
+        // half the difference of two means
+        light.sigma[of_place[first + i]] = std::abs(2.0F * first_half - mean);
       }
     }
     return light;
   }
 
-  void add_pass(const LightLattice& lattice, const PassPlan& pass, bool first_pass,
-                const std::vector<float>& values) {
+  void add_pass(const Layer& layer, const PassPlan& pass, bool first_pass, const std::vector<float>& values) {
     const std::vector<SumTarget> targets = sum_targets(job_.twin, pass, first_pass, job_.out);
-    if (first_pass) {
-      look_at_edges();
-      find_shares(lattice, light_channels(pass));
-    }
+    const bool by_lobe = layer.by == Gatherer::By::lobe;
     for (std::size_t c = 0; c < targets.size(); ++c) {
       if (c == 1 || !targets[c].image) continue;  // the hits
-      const ImageF light = lattice.interpolated(values, light_channels(pass) + kTowards, c == 0 ? 0 : c - 1);
+      const ImageF light =
+          layer.lattice->interpolated(values, light_channels(pass) + layer.more, c == 0 ? 0 : c - 1);
+      if (first_pass && c == 0 && !by_lobe && is_glossy(job_)) keep_diffuse(light, layer.shares);
       ImageF& out = *targets[c].image;
       for (std::size_t i = 0; i < out.size(); ++i)
-        if (seen_.sees(i) && !is_edge_[i]) out.data[i] += targets[c].factor * light.data[i] * shares_[i];
+        if (seen_.sees(i) && !is_edge_[i]) out.data[i] += targets[c].factor * light.data[i] * layer.shares[i];
       for (const Part& part : parts_)
-        out.data[part.pixel] += targets[c].factor * light.data[part.light_of] * part.share;
+        out.data[part.pixel] +=
+            targets[c].factor * light.data[part.light_of] * part.share * (by_lobe ? 1.0F : part.reflectivity);
     }
+  }
+
+  void keep_diffuse(const ImageF& light, const std::vector<float>& shares) {
+    diffuse_light_ = light;
+    for (std::size_t i = 0; i < light.size(); ++i) diffuse_light_.data[i] *= shares[i];
   }
 
   // Finds what each pixel sends to the camera of the light around it: by its reflectivity, and by its own
   // normal, which light from one side meets more or less than the mean normal.
-  void find_shares(const LightLattice& lattice, std::size_t first_number) {
+  // Lobes have sent it already.
+  void find_shares(Layer& layer, std::size_t first_number) {
     constexpr float kMostOfMean = 3.0F;
+    layer.shares.assign(seen_.at.size(), layer.by == Gatherer::By::lobe ? 1.0F : 0.0F);
+    if (layer.by == Gatherer::By::lobe) return;
+    const LightLattice& lattice = *layer.lattice;
     const std::array<ImageF, 3> towards{
         lattice.interpolated(lattice.values(), first_number + kTowards, first_number),
         lattice.interpolated(lattice.values(), first_number + kTowards, first_number + 1),
         lattice.interpolated(lattice.values(), first_number + kTowards, first_number + 2)};
-    shares_.assign(seen_.at.size(), 0.0F);
     for (std::size_t i = 0; i < seen_.at.size(); ++i) {
       if (!seen_.sees(i)) continue;
       const Eigen::Vector3f& n = seen_.own_normals[static_cast<std::size_t>(seen_.at[i])];
       const float times =
           n.x() * towards[0].data[i] + n.y() * towards[1].data[i] + n.z() * towards[2].data[i];
-      shares_[i] = seen_.place(i).reflectivity * std::clamp(times, 0.0F, kMostOfMean);
+      layer.shares[i] = seen_.place(i).reflectivity * std::clamp(times, 0.0F, kMostOfMean);
     }
   }
 
@@ -176,7 +216,7 @@ class IndirectLight {
         const SeenPlaces found = look_at(device_, job_, edges_, {x, y});
         for (std::size_t i = 0; i < found.pixels.size(); ++i)
           if (const auto like = seen_like(found.pixels[i], found.places[i]))
-            parts_.push_back({found.pixels[i], *like, 0.25F * found.places[i].reflectivity});
+            parts_.push_back({found.pixels[i], *like, 0.25F, found.places[i].reflectivity});
       }
   }
 
@@ -200,13 +240,18 @@ class IndirectLight {
 
   // What the estimates have more: noise of the directions, where the light is interpolated alike in many
   // pixels.
-  void widen_estimate(const LightLattice& lattice) const {
+  void widen_estimate() const {
     if (!job_.out->estimate) return;
     double reflectivity_sq = 0.0;
     for (const SurfacePlace& place : seen_.places)
       reflectivity_sq += std::pow(static_cast<double>(place.reflectivity), 2);
-    const double noise =
-        lattice.noise() * std::sqrt(reflectivity_sq / static_cast<double>(seen_.places.size()));
+    const double reflectivity = std::sqrt(reflectivity_sq / static_cast<double>(seen_.places.size()));
+    double noise = reflectivity * of_reflectivity_.lattice->noise(),
+           light = reflectivity * of_reflectivity_.lattice->light();
+    if (of_lobes_.lattice) {
+      noise = std::hypot(noise, of_lobes_.lattice->noise());
+      light = std::hypot(light, of_lobes_.lattice->light());
+    }
     ErrorEstimate& estimate = *job_.out->estimate;
     const Sensor& sensor = job_.camera.sensor;
     // of a pattern 1/2 + 1/2 cos, the root mean square over its steps
@@ -214,9 +259,7 @@ class IndirectLight {
     estimate.gray = std::hypot(estimate.gray, gray);
     // inside surfaces a verdict counts the noise by itself: what pixels share for certain is the
     // interpolation
-    const double shared = std::sqrt(0.375) * kInterpolated * lattice.light() *
-                          std::sqrt(reflectivity_sq / static_cast<double>(seen_.places.size())) *
-                          sensor.gain_dn / sensor.max_dn();
+    const double shared = std::sqrt(0.375) * kInterpolated * light * sensor.gain_dn / sensor.max_dn();
     estimate.gray_inside = std::hypot(estimate.gray_inside, shared);
     // cosine and sine have half the variance of the mean each
     double per_amplitude = 0.0;
@@ -248,7 +291,7 @@ class IndirectLight {
 
   struct Part {
     std::uint32_t pixel, light_of;
-    float share;
+    float share, reflectivity;
   };
   TraceDevice& device_;
   TraceJob job_;
@@ -257,7 +300,9 @@ class IndirectLight {
   std::vector<std::uint32_t> edges_;  // pixels that an edge crosses
   std::vector<bool> is_edge_;
   std::vector<Part> parts_;
-  std::vector<float> shares_;  // per pixel: of the light around it, what it sends to the camera
+  ImageF diffuse_light_;  // of the layer of reflectivity, where another follows
+  Layer of_reflectivity_{.by = Gatherer::By::reflectivity, .more = kTowards, .directions = directions(1)};
+  Layer of_lobes_{.by = Gatherer::By::lobe, .more = 0, .directions = directions(kForLobe)};
   std::optional<LightCells> cells_;
 };
 

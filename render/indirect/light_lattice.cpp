@@ -124,6 +124,8 @@ void LightLattice::gather_new(const std::vector<std::uint32_t>& wanted, const Ga
   pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
   values_.insert(values_.end(), light.values.begin(), light.values.end());
   sigma_.insert(sigma_.end(), light.sigma.begin(), light.sigma.end());
+  beside_.insert(beside_.end(), light.beside.begin(), light.beside.end());
+  beside_.resize(pixels_.size(), 0.0F);
 }
 
 // Returns what a square sees by its corners and its middle, and then by all its pixels.
@@ -177,7 +179,7 @@ LightLattice::Told LightLattice::told_by(const Square& s, float tolerance,
     for (std::size_t k = 0; k < 4; ++k) told += weights[k] * values_[number(corners[k]) * numbers_ + c];
     out.off = std::max(out.off, std::abs(told - own[c]));
   }
-  out.enough = out.off <= tolerance * own[0] + kSigmas * std::sqrt(variance);
+  out.enough = out.off <= tolerance * (own[0] + beside_[middle]) + kSigmas * std::sqrt(variance);
   return out;
 }
 

@@ -17,8 +17,10 @@ namespace fringetwin::render {
 
 /// The light that some pixels gathered, per unit of their own reflectivity.
 struct LightOfPixels {
-  std::vector<float> values;  ///< [pixel][number]: channel 0 the mean over all patterns, then any more
-  std::vector<float> sigma;   ///< standard error of channel 0
+  std::vector<float> values = {};  ///< [pixel][number]: channel 0 the mean over all patterns, then any more
+  std::vector<float> sigma = {};   ///< standard error of channel 0
+  /// Other light of the same pixels, of which a tolerance is, too; empty: there is none.
+  std::vector<float> beside = {};
 };
 
 class LightLattice {
@@ -27,9 +29,9 @@ class LightLattice {
   using Gather = std::function<LightOfPixels(const std::vector<std::uint32_t>& pixels)>;
 
   /// Chooses pixels until squares between them tell the light of their middles, the first `channels` of
-  /// `numbers`, to `tolerance` of it, or to what its noise lets see. Where quarters of squares are off as
-  /// they were, that is noise of a rough surface or of the light: squares that are off by no more than is
-  /// usual stay. `roughness`: of `seen`.
+  /// `numbers`, to `tolerance` of it and what is beside it, or to what its noise lets see. Where quarters of
+  /// squares are off as they were, that is noise of a rough surface or of the light: squares that are off by
+  /// no more than is usual stay. `roughness`: of `seen`.
   LightLattice(const SeenImage& seen, RoughnessAtSteps& roughness, std::size_t channels, std::size_t numbers,
                float tolerance, const Gather& gather, int first_step_px = kFirstStepPx);
 
@@ -82,7 +84,7 @@ class LightLattice {
   std::size_t channels_, numbers_;
   std::vector<std::int32_t> number_;  ///< per pixel: its number in pixels_, -1 none
   std::vector<std::uint32_t> pixels_;
-  std::vector<float> values_, sigma_;
+  std::vector<float> values_, sigma_, beside_;
   std::vector<Square> squares_;  ///< between whose corners light is interpolated
   double off_sq_ = 0.0;          ///< sum over the rough ones of them
 };

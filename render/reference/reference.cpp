@@ -123,6 +123,9 @@ struct Reference::Impl {
   void send_below(const Ray& ray, const SceneHit& hit, PixelSample& sample) const;
   double lamp(const SceneHit& hit, const PixelSample& sample) const;
   void gather(const SceneHit& hit, const ReferenceQuadrature& quadrature, PixelSample& sample) const;
+  void gather_by_lobe(const Eigen::Vector3d& to_viewer, const SceneHit& hit,
+                      const ReferenceQuadrature& quadrature, PixelSample& sample) const;
+  void add_from(const Eigen::Vector3d& direction, double share, int paths, PixelSample& sample) const;
   static void add_seen(const PixelSample& at, double share, PixelSample& sample);
   std::optional<SceneHit> look_from(const Eigen::Vector3d& direction, PixelSample& at) const;
   void follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
@@ -246,13 +249,51 @@ void Reference::Impl::gather(const SceneHit& hit, const ReferenceQuadrature& qua
   for (int i = 0; i < bounce_n; ++i)
     for (int k = 0; k < 2 * bounce_n; ++k) {
       const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n) * diffuse;
-      PixelSample at{.point_world_mm = sample.point_world_mm, .normal_world = sample.normal_world};
-      const auto other =
-          look_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), at);
-      if (!other) continue;
-      add_seen(at, share, sample);
-      if (twin.render.bounces > 1) follow_back(*other, at, share, quadrature.paths, sample);
+      add_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), share,
+               quadrature.paths, sample);
     }
+}
+
+// Light over one surface that the lobe sends to the viewer, by a product rule over the lobe: over GGX's own
+// distribution of normals (Walter et al. 2007, eq. 35, 36), or over the power of the cosine.
+void Reference::Impl::gather_by_lobe(const Eigen::Vector3d& to_viewer, const SceneHit& hit,
+                                     const ReferenceQuadrature& quadrature, PixelSample& sample) const {
+  const Material& material = twin.objects[hit.object].material;
+  const bool ggx = material.specular_model == Material::Specular::ggx;
+  const Eigen::Vector3d N = on_side(hit.shading, sample.normal_world);
+  const double cos_v = N.dot(to_viewer), alpha = material.roughness * material.roughness;
+  if (ggx && cos_v <= 0.0) return;
+  const Eigen::Vector3d axis = ggx ? N : Eigen::Vector3d(2.0 * cos_v * N - to_viewer);
+  const Hemisphere around(axis, axis);
+  const int bounce_n = quadrature.bounce_n;
+  const GaussRule& rule = gauss_rule(bounce_n);
+  for (int i = 0; i < bounce_n; ++i)
+    for (int k = 0; k < 2 * bounce_n; ++k) {
+      const double u = 0.5 + 0.5 * rule.nodes[i], angle = pi * (k + 0.5) / bounce_n,
+                   weight = 0.5 * rule.weights[i] / (2.0 * bounce_n);
+      const double tan2 = alpha * alpha * u / (1.0 - u);
+      const double sine2 = ggx ? tan2 / (1.0 + tan2) : 1.0 - std::pow(u, 2.0 / (material.shininess + 1.0));
+      const Eigen::Vector3d H = around.direction(sine2, angle);
+      const Eigen::Vector3d L = ggx ? Eigen::Vector3d(2.0 * H.dot(to_viewer) * H - to_viewer) : H;
+      const double cos_l = N.dot(L);
+      if (cos_l <= 0.0) continue;
+      // the density of L is D (N.H)/(4 H.V): what is left of the lobe is without D
+      const double D = alpha * alpha / (pi * std::pow(1.0 - sine2, 2) * std::pow(alpha * alpha + tan2, 2));
+      const double share = ggx ? reference_ggx(N, L, to_viewer, material.specular, material.roughness) *
+                                     cos_l * 4.0 * H.dot(to_viewer) / (D * N.dot(H))
+                               : material.specular * 2.0 * pi / (material.shininess + 1.0);
+      add_from(L, weight * share, quadrature.paths, sample);
+    }
+}
+
+// Adds a share of what a place gets along a direction.
+void Reference::Impl::add_from(const Eigen::Vector3d& direction, double share, int paths,
+                               PixelSample& sample) const {
+  PixelSample at{.point_world_mm = sample.point_world_mm, .normal_world = sample.normal_world};
+  const auto other = look_from(direction, at);
+  if (!other) return;
+  add_seen(at, share, sample);
+  if (twin.render.bounces > 1) follow_back(*other, at, share, paths, sample);
 }
 
 // Adds a share of what a place sends to the light that reaches a sample over it.
@@ -271,7 +312,7 @@ std::optional<SceneHit> Reference::Impl::look_from(const Eigen::Vector3d& direct
   if (!other) return std::nullopt;
   at = {.point_world_mm = ray.origin_mm + other->t_mm * direction,
         .normal_world = on_side(other->normal, -direction)};
-  light(ray, *other, false, at);
+  light(ray, *other, twin.render.glossy_bounces, at);
   if (twin.objects[other->object].material.mean_free_path_mm > 0.0) send_below(ray, *other, at);
   return other;
 }
@@ -317,6 +358,9 @@ PixelSample Reference::Impl::trace(const Ray& ray, const ReferenceQuadrature* qu
   if (!twin.projector || !quadrature) return sample;
   if (twin.objects[hit->object].material.mean_free_path_mm > 0.0) send_below(ray, *hit, sample);
   if (twin.render.bounces > 0) gather(*hit, *quadrature, sample);
+  if (twin.render.bounces > 0 && twin.render.glossy_bounces &&
+      twin.objects[hit->object].material.specular > 0.0)
+    gather_by_lobe(-ray.direction, *hit, *quadrature, sample);
   return sample;
 }
 

@@ -3,7 +3,8 @@
 // What places of the surfaces get over other surfaces: the sums of docs/PHYSICS.md per unit of their own
 // reflectivity, in the channel of the hits the mean over the first half of the directions; then GATHER_MORE
 // channels: where the mean comes from (three components), and the share of the directions that leave the surface.
-// The places are what listed pixels see (then they are written, and nothing is gathered), or are given.
+// The places are what listed pixels see (then they are written, and nothing is gathered), or are given. With
+// BY_LOBE it is what their lobes send to the camera of the light around them.
 #extension GL_GOOGLE_include_directive : require
 #include "ray.glsl"
 #include "sampling.glsl"
@@ -12,6 +13,8 @@
 #include "work_items.glsl"
 #include "cells.glsl"
 #include "bounce.glsl"
+#include "lobe.glsl"
+#include "mirror_way.glsl"
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
@@ -22,6 +25,8 @@ void write_place(uint entry, const Hit hit, vec3 numbers) {
   places_out[3 * entry + 2] = vec4(hit.n_geometric, numbers.z);
 }
 
+const float LEAST_OF_SPREAD = 0.05;
+const int WAYS = GLOSSY != 0 && BY_LOBE == 0 ? 1 : 0;  // light that surfaces mirror is taken along its ways, too
 const float LEAST_COSINE = 0.1;  // light along the surface tells little of where it comes from
 
 void main() {
@@ -45,7 +50,8 @@ void main() {
     hit.p = place.xyz;
     hit.n = texelFetch(gather_points, 3 * int(slot) + 1).xyz;
     hit.n_geometric = texelFetch(gather_points, 3 * int(slot) + 2).xyz;
-    hit.primitive = 0;
+    hit.primitive = BY_LOBE != 0 ? int(texelFetch(gather_points, 3 * int(slot) + 2).w) : 0;
+    hit.material = texelFetch(material_data, hit.primitive).xyz;
     seed = hash(uint(place.w) + hash(params.sampling_n.w));
   }
 
@@ -58,19 +64,47 @@ void main() {
   vec3 t, b, o = bounce_start(hit);
   basis(hit.n, t, b);
   footprint_middle = footprint_x = footprint_y = vec2(0.0);
+  vec3 eye = -hit.p / sqrt(dot(hit.p, hit.p));
+  MirrorWay mirrored[MIRROR_WAYS];
+  for (int w = 0; w < (WAYS != 0 ? MIRROR_WAYS : 0); ++w) mirrored[w] = load_way(slot, w);
   for (uint k = push.first_sample; k < push.end_sample; ++k) {
-    vec3 d = bounce_direction(k, n, seed, hit.n, t, b);
+    // directions of the hemisphere or of the lobe, then those of the ways of mirrored light
+    bool of_way = WAYS != 0 && k >= n;
+    uint way = of_way ? (k - n) / push.n_of_way : 0u, i = of_way ? (k - n) % push.n_of_way : k;
+    uint of_n = of_way ? push.n_of_way : n;
+    vec2 v = bounce_point(i, of_n, of_way ? seed + 2u + 2u * way : seed);
+    vec3 d = by_cosine(v, hit.n, t, b);
+    float steradian = PI / (float(n / 2u) * max(dot(d, hit.n), LEAST_OF_SPREAD));
+    float share = 1.0 / float(n), of_lobe = share;
+    if (BY_LOBE != 0) {
+      LobeDirection from = lobe_direction(v, hit, eye, t, b);
+      d = from.d;
+      share *= from.share;
+      of_lobe = share;
+      steradian = 1.0 / (float(n / 2u) * from.density);
+    }
+    if (WAYS != 0) {
+      if (of_way) d = along_way(v, mirrored[way]);
+      float cosine = max(dot(d, hit.n), 0.0) / PI, density = float(n) * cosine;
+      for (int w = 0; w < MIRROR_WAYS; ++w) density += float(push.n_of_way) * way_density(d, mirrored[w]);
+      of_lobe = cosine / max(density, 1e-9);  // of lobes all that could have taken it
+      share = of_way ? 0.0 : share;
+      steradian = of_way ? 2.0 / max(density, 1e-9) : steradian;
+    }
     Hit other = bounce_hit(o, d);
     bool leaves = dot(d, hit.n_geometric) > 0.0, arrives = leaves && other.primitive >= 0;
-    float share = arrives ? 1.0 / float(n) : 0.0, before = mean;
-    float w = shade(other, real3(other.p), d, u, shadow_rays) * share;
+    share *= arrives ? 1.0 : 0.0;
+    of_lobe *= arrives ? 1.0 : 0.0;
+    float before = mean, w = shade(other, real3(other.p), d, u, shadow_rays);
+    w *= GLOSSY != 0 ? mix(share, of_lobe, share_of_lobe) : share;
     mean += w;
-    set_spread(other, d, dot(d, hit.n), n / 2u, u);
+    set_spread(other, d, min(steradian, PI), u);
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
     if (MORE_BOUNCES != 0) add_light_of_cell(other, share * other.material.x, mean, cosine, sine, direct);
-    first_half += 2u * k < n ? mean - before : 0.0;
-    more += vec4(d * ((mean - before) / max(dot(d, hit.n), LEAST_COSINE)), leaves ? 1.0 / float(n) : 0.0);
-    if (WRITE_PLACES != 0)
+    first_half += 2u * i < of_n ? mean - before : 0.0;
+    bool counts = !of_way && (leaves || BY_LOBE != 0);
+    more += vec4(d * ((mean - before) / max(dot(d, hit.n), LEAST_COSINE)), counts ? 1.0 / float(n) : 0.0);
+    if (WRITE_PLACES != 0 && !of_way)
       write_place(slot * n + k, other, vec3(arrives ? other.material.x : -1.0, 0.0, 0.0));
   }
   store_sums(slot, stride, mean, first_half, cosine, sine, direct);

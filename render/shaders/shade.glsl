@@ -19,6 +19,9 @@ float ggx_lobe(const Hit hit, vec3 l, vec3 v, float cos_l) {
   return cos_v > 0.0 && hit.material.y > 0.0 ? f * d * cos_l / (g_l * g_v) : 0.0;
 }
 
+// Of what shade() returned last, the share that the lobe reflects.
+float share_of_lobe = 0.0;
+
 // Orthonormal basis: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 void basis(vec3 n, out vec3 t, out vec3 b) {
   float s = n.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (s + n.z), c = n.x * n.y * a;
@@ -82,6 +85,7 @@ float shade(const Hit hit, real3 p, vec3 d, out real2 u, inout uint shadow_rays)
     }
     if ((SPECULAR & SPECULAR_GGX) != 0) w += ggx ? ggx_lobe(hit, l, to_eye, cos_l) : 0.0;
   }
+  if (GLOSSY != 0) share_of_lobe = w > 0.0 ? 1.0 - diffuse / w : 0.0;
   if (SUBSURFACE != 0) set_below(hit, p, l, to_eye, w > 0.0 ? diffuse / w : 0.0, lit);
   if (FALLOFF != 0) w *= params.light.x / distance_sq;
   if (PIXEL_GAPS != 0) w *= pixel_gaps(u);

@@ -58,7 +58,8 @@ struct uvec4 {
 #define BIND_PLACES 21     // what pixels see, or per point and direction what is met: as the points, with numbers
 #define BIND_CELL_TABLE 22 // key and number of each cell, by the hash of the key
 #define BIND_CELL_LIGHT 23 // per cell: mean, (cosine, sine) per pair, direct images
-#define BIND_COUNT 24
+#define BIND_WAYS 24       // per place: MIRROR_WAYS ways of WAY_TEXELS vec4 each, mirror_ways.glsl
+#define BIND_COUNT 25
 
 // ---- kinds of analytic primitives: X(number of the constant N_KIND, KIND, kind, index of the first). All primitives
 // of a kind follow one another, the mesh instances come last. shapes.glsl has hit_kind(), kind_blocks() and kind_t().
@@ -99,7 +100,9 @@ struct uvec4 {
   X(29, LAMP, 0, twin.room.has_lamp()) /* room light from a direction */ \
   X(30, MORE_BOUNCES, 0, cells.has_value()) /* light that has come over two surfaces and more */ \
   X(31, WRITE_PLACES, 0, 0) /* what each direction meets: set by who uses it */ \
-  X(32, SUBSURFACE, 0, !scene.below_surfaces.empty()) /* light that goes below surfaces */
+  X(32, SUBSURFACE, 0, !scene.below_surfaces.empty()) /* light that goes below surfaces */ \
+  X(33, GLOSSY, 0, 0) /* light between surfaces leaves them by their lobes, too: set by who uses it */ \
+  X(34, BY_LOBE, 0, 0) /* what a place's own lobe sends to the camera is gathered: the same */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
@@ -122,6 +125,8 @@ struct uvec4 {
 #define CELL_HASH_SHIFT 8
 #define CELL_PROBES 16
 #define GATHER_MORE 4  // channels of gather.comp besides those of the pass
+#define MIRROR_WAYS 2  // of the projector's light over shiny surfaces to a place, at most
+#define WAY_TEXELS 2
 
 // How a pixel of the adaptive trace is done, after a look at its neighbourhood.
 #define PIXEL_DONE 0    // nothing in it, or the closed form holds
@@ -230,6 +235,7 @@ struct Push {
   uint resume;    // add to the sums of an earlier dispatch
   uint n_pixels;  // of the list
   uint n_directions;  // in which a place gathers
+  uint n_of_way;      // besides, along each way of mirrored light
 };
 
 #ifdef __cplusplus
@@ -237,7 +243,7 @@ static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
 static_assert(offsetof(Params, pitch) == 33 * 16);
 static_assert(offsetof(Params, direct) == (33 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
 static_assert(sizeof(Params) == (33 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
-static_assert(sizeof(Push) == 36);
+static_assert(sizeof(Push) == 40);
 static_assert(CELL_LEVELS < 32 && 3 * CELL_BITS + 3 + 5 < 32);  // a key, and 0 for none
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

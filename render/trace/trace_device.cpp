@@ -58,6 +58,7 @@ constexpr std::array<BindingInfo, BIND_COUNT> kBindings{{
     {kStorage, VK_FORMAT_UNDEFINED},           // places
     {kTexels, VK_FORMAT_R32_UINT},             // table of cells
     {kTexels, VK_FORMAT_R32_SFLOAT},           // light of cells
+    {kStorage, VK_FORMAT_UNDEFINED},           // ways over shiny surfaces
 }};
 
 std::size_t texel_bytes(VkFormat format) {
@@ -189,8 +190,8 @@ bool TraceDevice::UploadedMeshes::same_as(const UploadedMeshes& other) const {
 ComputePipeline& TraceDevice::bound_kernel(Kernel kernel, const SpecConstants& constants) {
   ComputePipeline& made = kernels_.get(kernel_key(kernel, constants));
   // Kernels that use no list, no probe or no cells get something to bind all the same.
-  for (const std::size_t b :
-       {BIND_PIXELS, BIND_PROBE, BIND_POINTS, BIND_PLACES, BIND_CELL_TABLE, BIND_CELL_LIGHT, BIND_OBJECTS})
+  for (const std::size_t b : {BIND_PIXELS, BIND_PROBE, BIND_POINTS, BIND_PLACES, BIND_CELL_TABLE,
+                              BIND_CELL_LIGHT, BIND_OBJECTS, BIND_WAYS})
     if (!buffers_[b]) reserve(b, 16);
   std::vector<const Buffer*> bound;
   for (std::size_t b = 0; b < BIND_COUNT; ++b)

@@ -21,6 +21,7 @@
 
 #include "render/base/quadrature.hpp"
 #include "tests/support/agreement.hpp"
+#include "tests/support/groove.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/mesh/mesh.hpp"
 
@@ -30,41 +31,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 constexpr double pi = std::numbers::pi;
-constexpr double kApexMm = 330.0, kWallMm = 40.0;
-
-/// A camera of 160 x 120 px at the origin and a projector beside it that looks at the same point.
-Twin rig_before(double distance_mm) {
-  Twin twin = only_camera(paper_rig(), 0);
-  twin.cameras[0].T_cam_world = Pose{};
-  twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {640, 640, 79.5, 59.5}, {160, 120}, "small");
-  const Vector3d at(60.0, 5.0, 0.0), to(0.0, 0.0, distance_mm);
-  Pose& T = twin.projector->T_proj_world;
-  T.rotation.row(2) = (to - at).normalized().transpose();
-  T.rotation.row(0) = Vector3d(0, 1, 0).cross(to - at).normalized().transpose();
-  T.rotation.row(1) = T.rotation.row(2).cross(T.rotation.row(0));
-  T.translation_mm = -T.rotation * at;
-  twin.projector->lens = Lens("LENSMODEL_PINHOLE", {900, 900, 320, 240}, {640, 480}, "small");
-  twin.projector->inverse_square = false;
-  twin.fringes.directions = {{Axis::x, {12.0, 60.0}, {0.0, 0.0}, {}}};
-  twin.fringes.steps = 4;
-  twin.objects.clear();
-  return twin;
-}
-
-/// Two walls at right angles that meet along y at z = 330, open towards the camera.
-Twin groove(double diffuse, double length_mm = 60.0) {
-  Twin twin = rig_before(kApexMm - 15.0);
-  for (const double side : {-1.0, 1.0}) {
-    const Vector3d up = Vector3d(side, 0, -1).normalized();
-    PlaneShape wall{.point_mm = Vector3d(0, 0, kApexMm) + 0.5 * kWallMm * up,
-                    .normal = Vector3d(-side, 0, -1).normalized(),
-                    .size_mm = Vector2d(length_mm, kWallMm),
-                    .u_axis = {0, 1, 0}};
-    twin = with_object(twin, side < 0 ? "left_wall" : "right_wall", wall, {diffuse, 0.0, 10.0});
-  }
-  return twin;
-}
-
 /// What a twin shows besides its direct light: mean over all patterns, per pixel.
 ImageF indirect_mean(Twin twin, const render::Sampling& sampling) {
   const auto all = shared_renderer()->trace(twin, 0, sampling);
@@ -74,19 +40,6 @@ ImageF indirect_mean(Twin twin, const render::Sampling& sampling) {
   for (std::size_t i = 0; i < out.size(); ++i) out.data[i] -= direct.mean.data[i];
   return out;
 }
-
-/// Errors of values relative to their truths, in their mean and rms.
-struct Errors {
-  double sum = 0.0, sum_sq = 0.0;
-  int n = 0;
-  void add(double error) {
-    sum += error;
-    sum_sq += error * error;
-    ++n;
-  }
-  double mean() const { return sum / n; }
-  double rms() const { return std::sqrt(sum_sq / n); }
-};
 
 /// Radiosity of the two walls of an endless groove by their light `direct(side, distance from the apex)`:
 /// B_i(x) = D_i(x) + rho int K(x, y) B_k(y) dy, K = x y/2 (x^2 + y^2)^(-3/2), by Gauss's rule on panels that
@@ -174,27 +127,6 @@ TEST(AllBounces, OfAnEndlessGrooveAreItsRadiosity) {
     EXPECT_LE(std::abs(errors.mean()), 0.003);
     EXPECT_LE(errors.rms(), 0.01);
   }
-}
-
-/// How far a trace is from the reference: phase of the finest fringes, and the mean of all patterns.
-struct Differences {
-  Errors phase_rad, gray;  ///< gray: of full scale
-};
-
-Differences differences(const Twin& twin, const render::Transport& found,
-                        const std::vector<ReferenceBlockPixel>& truth) {
-  const Sensor& sensor = twin.cameras[0].sensor;
-  Differences out;
-  for (const auto& p : truth) {
-    if (!p.interior) continue;
-    const std::complex<double> expected(p.pixel.cosine[0][0], p.pixel.sine[0][0]),
-        light(static_cast<double>(found.cosine[0][0](p.x, p.y)),
-              static_cast<double>(found.sine[0][0](p.x, p.y)));
-    out.phase_rad.add(std::arg(light * std::conj(expected)));
-    out.gray.add((static_cast<double>(found.mean(p.x, p.y)) - p.pixel.mean) * sensor.gain_dn /
-                 sensor.max_dn());
-  }
-  return out;
 }
 
 TEST(AllBounces, UnderFringesAgreeWithPathsAtRandom) {

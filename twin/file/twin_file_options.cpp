@@ -61,8 +61,9 @@ RenderOptions read_render(const TomlTable& root) {
   } else {
     render.bounces = table->integer("bounces", 0, kMostBounces).value_or(0);
   }
-  if (table->has("bounce_samples") && render.bounces == 0)
-    table->fail("bounce_samples", "has no effect without bounces", "add bounces = \"all\"");
+  for (const char* key : {"bounce_samples", "glossy_bounces"})
+    if (table->has(key) && render.bounces == 0)
+      table->fail(key, "has no effect without bounces", "add bounces = \"all\"");
   if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
     render.sampler = *sampler == "adaptive"         ? Sampler::adaptive
                      : *sampler == "gauss"          ? Sampler::gauss

@@ -1,0 +1,97 @@
+#version 460
+// SPDX-License-Identifier: Apache-2.0
+// Finds the ways of the projector's light over shiny surfaces to places that gather (mirror_way.glsl): some
+// directions over the hemisphere tell which surfaces mirror it nearly, Newton's method where they do.
+#extension GL_GOOGLE_include_directive : require
+#include "ray.glsl"
+#include "sampling.glsl"
+#include "patterns.glsl"
+#include "shade.glsl"
+#include "work_items.glsl"
+#include "bounce.glsl"
+#include "mirror_way.glsl"
+
+layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
+
+const uint LOOKS = 16u;    // directions over the hemisphere
+const float APART = 0.5;   // rad: ways of one surface that are nearer are one way
+const int STEPS = 4;       // of Newton's method, the last one only looks
+const float STEP = 0.02;   // between the directions that tell how a surface turns
+const float FARTHEST = 0.5, SETTLED = 0.1;
+const float WIDEST = 0.5;  // sr: wider lobes need no directions of their own
+
+const MirrorWay NO_WAY = MirrorWay(vec3(0.0, 0.0, 1.0), 0.0, vec4(0.0));
+
+void main() {
+  load_constants();
+  uint slot = own_slot();
+  Hit hit = no_hit();
+  vec4 place = texelFetch(gather_points, 3 * int(slot));
+  hit.p = place.xyz;
+  hit.n = texelFetch(gather_points, 3 * int(slot) + 1).xyz;
+  hit.n_geometric = texelFetch(gather_points, 3 * int(slot) + 2).xyz;
+  uint seed = hash(uint(place.w) + hash(params.sampling_n.w + 0x51ed270bu));
+  vec3 t, b, o = bounce_start(hit);
+  basis(hit.n, t, b);
+
+  vec3 found[MIRROR_WAYS];
+  float off_by[MIRROR_WAYS];
+  int met[MIRROR_WAYS];
+  for (int w = 0; w < MIRROR_WAYS; ++w) {
+    found[w] = hit.n;
+    off_by[w] = 3.0;
+    met[w] = -1;
+  }
+  for (uint k = 0u; k < LOOKS; ++k) {
+    vec3 d = by_cosine(bounce_point(k, LOOKS, seed), hit.n, t, b);
+    Hit other = bounce_hit(o, d);
+    vec3 off = off_mirror(other, d);
+    float by = mirrors(off) && dot(d, hit.n_geometric) > 0.0 ? sqrt(dot(off, off)) : 3.0;
+    bool same0 = met[0] == other.primitive && dot(found[0], d) > cos(APART);
+    bool same1 = met[1] == other.primitive && dot(found[1], d) > cos(APART);
+    // the better of two alike, else in the place of the worse
+    int into = same0 ? 0 : same1 ? 1 : off_by[0] > off_by[1] ? 0 : 1;
+    if (by < off_by[into]) {
+      found[into] = d;
+      off_by[into] = by;
+      met[into] = other.primitive;
+    }
+  }
+
+  for (int w = 0; w < MIRROR_WAYS; ++w) {
+    MirrorWay way = NO_WAY;
+    vec3 d = found[w];
+    bool good = met[w] >= 0;
+    for (int i = 0; i < (good ? STEPS : 0); ++i) {
+      vec3 across, up, off[3];
+      basis(d, across, up);
+      Hit middle = no_hit();
+      bool same = true;
+      for (int k = 0; k < 3; ++k) {
+        vec3 look = normalize(d + (k == 1 ? STEP : 0.0) * across + (k == 2 ? STEP : 0.0) * up);
+        Hit other = bounce_hit(o, look);
+        off[k] = off_mirror(other, look);
+        if (k == 0) middle = other;
+        same = same && mirrors(off[k]) && other.primitive == met[w];
+      }
+      vec3 x, y;
+      basis(middle.n, x, y);
+      vec3 per_t = (off[1] - off[0]) / STEP, per_b = (off[2] - off[0]) / STEP;
+      vec4 turns = vec4(dot(x, per_t), dot(x, per_b), dot(y, per_t), dot(y, per_b));
+      float area = turns.x * turns.w - turns.y * turns.z;
+      vec2 now = vec2(dot(x, off[0]), dot(y, off[0]));
+      vec2 step_ = -vec2(turns.w * now.x - turns.y * now.y, turns.x * now.y - turns.z * now.x);
+      good = good && same && abs(area) > 1e-6;
+      step_ /= good ? area : 1.0;
+      float far = sqrt(dot(step_, step_)), alpha = alpha_of(middle);
+      if (i + 1 < STEPS) {
+        step_ *= min(1.0, FARTHEST / max(far, 1e-6));
+        if (good) d = normalize(d + step_.x * across + step_.y * up);
+      }
+      bool settled = i + 1 == STEPS && good && far < SETTLED && alpha * alpha < WIDEST * abs(area);
+      if (settled) way = MirrorWay(d, alpha, turns);
+    }
+    store_way(slot, w, way);
+  }
+  report_status(uvec2(slot, 0u), 0u);
+}
