@@ -85,7 +85,7 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
   constants_[SPEC_WRITE_PLACES] = with_places ? 1 : 0;
   constants_[SPEC_GLOSSY] = is_glossy(job) ? 1 : 0;
   constants_[SPEC_BY_LOBE] = by == By::lobe ? 1 : 0;
-  if (is_glossy(job) && by == By::reflectivity) of_way_ = of_each_way(directions);
+  if (is_glossy(job)) of_way_ = of_each_way(directions);
   if (with_places)
     most_ = std::clamp(kMostBytes / (sizeof(SurfacePlace) * directions) / BLOCK_PIXELS * BLOCK_PIXELS,
                        std::size_t{BLOCK_PIXELS}, kMostPlaces);

@@ -26,7 +26,6 @@ void write_place(uint entry, const Hit hit, vec3 numbers) {
 }
 
 const float LEAST_OF_SPREAD = 0.05;
-const int WAYS = GLOSSY != 0 && BY_LOBE == 0 ? 1 : 0;  // light that surfaces mirror is taken along its ways, too
 const float LEAST_COSINE = 0.1;  // light along the surface tells little of where it comes from
 
 void main() {
@@ -66,30 +65,26 @@ void main() {
   footprint_middle = footprint_x = footprint_y = vec2(0.0);
   vec3 eye = -hit.p / sqrt(dot(hit.p, hit.p));
   MirrorWay mirrored[MIRROR_WAYS];
-  for (int w = 0; w < (WAYS != 0 ? MIRROR_WAYS : 0); ++w) mirrored[w] = load_way(slot, w);
+  for (int w = 0; w < (GLOSSY != 0 ? MIRROR_WAYS : 0); ++w) mirrored[w] = load_way(slot, w);
   for (uint k = push.first_sample; k < push.end_sample; ++k) {
     // directions of the hemisphere or of the lobe, then those of the ways of mirrored light
-    bool of_way = WAYS != 0 && k >= n;
+    bool of_way = GLOSSY != 0 && k >= n;
     uint way = of_way ? (k - n) / push.n_of_way : 0u, i = of_way ? (k - n) % push.n_of_way : k;
     uint of_n = of_way ? push.n_of_way : n;
     vec2 v = bounce_point(i, of_n, of_way ? seed + 2u + 2u * way : seed);
     vec3 d = by_cosine(v, hit.n, t, b);
     float steradian = PI / (float(n / 2u) * max(dot(d, hit.n), LEAST_OF_SPREAD));
     float share = 1.0 / float(n), of_lobe = share;
-    if (BY_LOBE != 0) {
-      LobeDirection from = lobe_direction(v, hit, eye, t, b);
-      d = from.d;
-      share *= from.share;
-      of_lobe = share;
-      steradian = 1.0 / (float(n / 2u) * from.density);
-    }
-    if (WAYS != 0) {
+    if (BY_LOBE != 0) d = lobe_direction(v, hit, eye, t, b);
+    if (GLOSSY != 0) {
       if (of_way) d = along_way(v, mirrored[way]);
-      float cosine = max(dot(d, hit.n), 0.0) / PI, density = float(n) * cosine;
+      vec2 taken = BY_LOBE != 0 ? lobe_and_density(d, hit, eye) : vec2(max(dot(d, hit.n), 0.0) / PI);
+      float of_base = float(n) * taken.y, density = of_base;
       for (int w = 0; w < MIRROR_WAYS; ++w) density += float(push.n_of_way) * way_density(d, mirrored[w]);
-      of_lobe = cosine / max(density, 1e-9);  // of lobes all that could have taken it
-      share = of_way ? 0.0 : share;
-      steradian = of_way ? 2.0 / max(density, 1e-9) : steradian;
+      // lobes' light counts with all directions that could have taken it, other light with these alone
+      share = of_way || taken.x == 0.0 ? 0.0 : taken.x / max(of_base, 1e-12);
+      of_lobe = taken.x == 0.0 ? 0.0 : taken.x / max(density, 1e-12);
+      if (of_way || BY_LOBE != 0) steradian = 2.0 / max(density, 1e-9);
     }
     Hit other = bounce_hit(o, d);
     bool leaves = dot(d, hit.n_geometric) > 0.0, arrives = leaves && other.primitive >= 0;
