@@ -2,6 +2,7 @@
 #include "render/indirect/gatherer.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "render/base/pixel_list.hpp"
 #include "render/trace/sample_portions.hpp"
@@ -20,6 +21,15 @@ std::size_t groups_of(std::size_t n) { return (n + BLOCK_PIXELS - 1) / BLOCK_PIX
 std::uint32_t of_each_way(std::size_t directions) {
   constexpr std::size_t kOneOf = 8;
   return static_cast<std::uint32_t>(std::max<std::size_t>(2, directions / kOneOf / 2 * 2));
+}
+
+// Returns whether a lobe is so narrow that directions over the hemisphere hardly meet it.
+bool has_narrow_lobe(const PackedScene& scene) {
+  constexpr float kWide = 0.2F;  // GGX's alpha: 1/6 of the hemisphere's directions
+  return std::ranges::any_of(scene.materials, [](const gpu::vec4& m) {
+    const float alpha = m.z < 0.0F ? -m.z : 1.0F / std::sqrt(2.0F * std::max(m.z, 0.5F));  // as mirror_way.glsl
+    return m.y > 0.0F && alpha < kWide;
+  });
 }
 
 // A rule of one ray, for what every kernel wants to know of samples.
@@ -85,7 +95,10 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
   constants_[SPEC_WRITE_PLACES] = with_places ? 1 : 0;
   constants_[SPEC_GLOSSY] = is_glossy(job) ? 1 : 0;
   constants_[SPEC_BY_LOBE] = by == By::lobe ? 1 : 0;
-  if (is_glossy(job)) of_way_ = of_each_way(directions);
+  if (is_glossy(job) && by == By::reflectivity && has_narrow_lobe(job.scene)) {
+    of_way_ = of_each_way(directions);
+    constants_[SPEC_N_WAYS] = MIRROR_WAYS;
+  }
   if (with_places)
     most_ = std::clamp(kMostBytes / (sizeof(SurfacePlace) * directions) / BLOCK_PIXELS * BLOCK_PIXELS,
                        std::size_t{BLOCK_PIXELS}, kMostPlaces);
@@ -107,7 +120,7 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
   push.n_directions = static_cast<gpu::uint>(directions_);
   push.n_of_way = of_way_;
   if (of_way_ > 0) find_mirror_ways(push);
-  const std::uint32_t all = push.n_directions + MIRROR_WAYS * of_way_;
+  const std::uint32_t all = push.n_directions + constants_[SPEC_N_WAYS] * of_way_;
   run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push, all, push.n_blocks_band,
                   &at_a_time_, job_.out);
   job_.out->rays += std::uint64_t{n} * all;

@@ -65,10 +65,10 @@ void main() {
   footprint_middle = footprint_x = footprint_y = vec2(0.0);
   vec3 eye = -hit.p / sqrt(dot(hit.p, hit.p));
   MirrorWay mirrored[MIRROR_WAYS];
-  for (int w = 0; w < (GLOSSY != 0 ? MIRROR_WAYS : 0); ++w) mirrored[w] = load_way(slot, w);
+  for (int w = 0; w < N_WAYS; ++w) mirrored[w] = load_way(slot, w);
   for (uint k = push.first_sample; k < push.end_sample; ++k) {
     // directions of the hemisphere or of the lobe, then those of the ways of mirrored light
-    bool of_way = GLOSSY != 0 && k >= n;
+    bool of_way = N_WAYS > 0 && k >= n;
     uint way = of_way ? (k - n) / push.n_of_way : 0u, i = of_way ? (k - n) % push.n_of_way : k;
     uint of_n = of_way ? push.n_of_way : n;
     vec2 v = bounce_point(i, of_n, of_way ? seed + 2u + 2u * way : seed);
@@ -80,7 +80,7 @@ void main() {
       if (of_way) d = along_way(v, mirrored[way]);
       vec2 taken = BY_LOBE != 0 ? lobe_and_density(d, hit, eye) : vec2(max(dot(d, hit.n), 0.0) / PI);
       float of_base = float(n) * taken.y, density = of_base;
-      for (int w = 0; w < MIRROR_WAYS; ++w) density += float(push.n_of_way) * way_density(d, mirrored[w]);
+      for (int w = 0; w < N_WAYS; ++w) density += float(push.n_of_way) * way_density(d, mirrored[w]);
       // lobes' light counts with all directions that could have taken it, other light with these alone
       share = of_way || taken.x == 0.0 ? 0.0 : taken.x / max(of_base, 1e-12);
       of_lobe = taken.x == 0.0 ? 0.0 : taken.x / max(density, 1e-12);

@@ -102,7 +102,8 @@ struct uvec4 {
   X(31, WRITE_PLACES, 0, 0) /* what each direction meets: set by who uses it */ \
   X(32, SUBSURFACE, 0, !scene.below_surfaces.empty()) /* light that goes below surfaces */ \
   X(33, GLOSSY, 0, 0) /* light between surfaces leaves them by their lobes, too: set by who uses it */ \
-  X(34, BY_LOBE, 0, 0) /* what a place's own lobe sends to the camera is gathered: the same */
+  X(34, BY_LOBE, 0, 0) /* what a place's own lobe sends to the camera is gathered: the same */ \
+  X(35, N_WAYS, 0, 0) /* directions along ways of mirrored light besides: MIRROR_WAYS or none, the same */
 
 #define CAMERA_PINHOLE 0      // ((q - c) / f, 1)
 #define CAMERA_PERSPECTIVE 1  // + residual grid (2 components)
