@@ -25,10 +25,10 @@ std::uint32_t of_each_way(std::size_t directions) {
 
 // Returns whether a lobe is so narrow that directions over the hemisphere hardly meet it.
 bool has_narrow_lobe(const PackedScene& scene) {
-  constexpr float kWide = 0.2F;  // GGX's alpha: 1/6 of the hemisphere's directions
+  constexpr float kWideAlpha = 0.2F;  // GGX's alpha: 1/6 of the hemisphere's directions
   return std::ranges::any_of(scene.materials, [](const gpu::vec4& m) {
     const float alpha = m.z < 0.0F ? -m.z : 1.0F / std::sqrt(2.0F * std::max(m.z, 0.5F));  // as mirror_way.glsl
-    return m.y > 0.0F && alpha < kWide;
+    return m.y > 0.0F && alpha < kWideAlpha;
   });
 }
 
