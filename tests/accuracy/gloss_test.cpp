@@ -8,7 +8,7 @@
 #include <complex>
 #include <iostream>
 #include <numbers>
-#include <tuple>
+#include <string>
 
 #include "tests/support/agreement.hpp"
 #include "tests/support/expect_agreement.hpp"
@@ -66,7 +66,7 @@ TEST(Gloss, OfAMirrorIsTheMirroredProjector) {
       const double share = (apex - p).dot(n) / (image - p).dot(n);
       const Vector3d q = p + share * (image - p);
       const double along = (q - apex).dot(Vector3d(1, 0, -1).normalized());
-      if (share <= 0.0 || along < 2.0 || along > kWallMm - 2.0 || std::abs(q.y()) > 28.0) continue;
+      if (share <= 0.0 || along < 5.0 || along > kWallMm - 10.0 || std::abs(q.y()) > 28.0) continue;
       const double D = (from - q).norm(), t = (p - q).norm();
       const double cos_p = Vector3d(1, 0, -1).normalized().dot((q - p).normalized());
       const double cos_h = (from - q).normalized().dot(n);
@@ -87,33 +87,83 @@ TEST(Gloss, OfAMirrorIsTheMirroredProjector) {
             << " rad\n";
   EXPECT_GT(light.n, 200);
   EXPECT_LE(std::abs(light.mean()), 0.01);
-  EXPECT_LE(light.rms(), 0.03);
+  EXPECT_LE(light.rms(), 0.04);
   EXPECT_LE(phase.rms(), 0.03);
 }
 
-TEST(Gloss, UnderFringesAgreesWithTheReference) {
+/// Compares glossy bounces with the reference: with many directions within a tolerance, with the usual ones
+/// within what is stated. `gray`: of full scale.
+void expect_truth(const std::string& name, Twin twin, const PixelBlock& block, double phase_rad,
+                  double gray) {
+  const auto truth =
+      reference_block(render::Reference(twin), 0, block, {.gauss_n = 2, .bounce_n = 128, .paths = 2});
+  Twin dull = twin;
+  dull.render.glossy_bounces = false;
+  const render::Sampling sampling = render::choose_sampling(twin);
+  const Differences without = differences(twin, shared_renderer()->trace(dull, 0, sampling), truth);
+  const auto usual_trace = shared_renderer()->trace(twin, 0, sampling);
+  const Differences usual = differences(twin, usual_trace, truth);
+  twin.render.bounce_samples = 16384;
+  const Differences many = differences(twin, shared_renderer()->trace(twin, 0, sampling), truth);
+  ASSERT_TRUE(usual_trace.estimate.has_value());
+  std::cout << name << ": " << many.gray.n << " pixels, phase " << many.phase_rad.rms() << " rad rms, gray "
+            << many.gray.rms() << " of full scale; 256 directions: " << usual.phase_rad.rms() << ", "
+            << usual.gray.rms() << ", stated " << usual_trace.estimate->phase_rad << ", "
+            << usual_trace.estimate->gray << "; without gloss " << without.phase_rad.rms() << ", "
+            << without.gray.rms() << '\n';
+  EXPECT_GT(many.gray.n, 20) << name;
+  EXPECT_LE(many.phase_rad.rms(), phase_rad) << name;
+  EXPECT_LE(many.gray.rms(), gray) << name;
+  EXPECT_GT(without.phase_rad.rms(), 3.0 * phase_rad) << name;
+  EXPECT_GT(without.gray.rms(), 10.0 * gray) << name;
+  EXPECT_LE(usual.phase_rad.rms(), usual_trace.estimate->phase_rad) << name;
+  EXPECT_LE(usual.gray.rms(), usual_trace.estimate->gray) << name;
+}
+
+const PixelBlock kBlock{20, 20, 120, 80, 17};
+
+TEST(Gloss, InAGrooveAgreesWithTheReference) {
   REQUIRE_RENDERER();
-  const render::Sampling sampling{Sampler::gauss, 16};
   const Material phong{.diffuse = 0.5, .specular = 0.3, .shininess = 20.0};
-  for (const auto& [name, material, bounces] :
-       {std::tuple{"GGX 0.3", ggx(0.5, 0.3, 0.3), 1}, std::tuple{"GGX 0.6", ggx(0.5, 0.3, 0.6), 1},
-        std::tuple{"Phong 20", phong, 1}, std::tuple{"GGX 0.4, all", ggx(0.5, 0.2, 0.4), kAllBounces}}) {
-    Twin twin = shiny_groove(material, material);
-    twin.render.bounces = bounces;
-    const auto truth = reference_block(render::Reference(twin), 0, {20, 20, 120, 80, 17},
-                                       {.gauss_n = 2, .bounce_n = 128, .paths = 2});
-    Twin dull = twin;
-    dull.render.glossy_bounces = false;
-    const Differences without = differences(twin, shared_renderer()->trace(dull, 0, sampling), truth);
-    for (const int n : {256, 16384}) {
-      twin.render.bounce_samples = n;
-      const Differences d = differences(twin, shared_renderer()->trace(twin, 0, sampling), truth);
-      std::cout << name << ", " << n << " directions: " << d.gray.n << " pixels, phase " << d.phase_rad.rms()
-                << " rad rms, mean " << d.phase_rad.mean() << " (without " << without.phase_rad.rms()
-                << "), gray " << d.gray.rms() << ", mean " << d.gray.mean() << " of full scale (without "
-                << without.gray.rms() << ")\n";
-    }
-  }
+  const Material dull{.diffuse = 0.5, .specular = 0.0};
+  // two narrow lobes that face one another are off by what interpolation leaves of a third of a radian
+  expect_truth("GGX 0.3", shiny_groove(ggx(0.5, 0.3, 0.3), ggx(0.5, 0.3, 0.3)), kBlock, 4e-3, 1e-3);
+  expect_truth("GGX 0.6", shiny_groove(ggx(0.5, 0.3, 0.6), ggx(0.5, 0.3, 0.6)), kBlock, 1e-3, 1e-3);
+  expect_truth("Phong 20", shiny_groove(phong, phong), kBlock, 1e-3, 1e-3);
+  expect_truth("GGX 0.3 seen", shiny_groove(ggx(0.5, 0.3, 0.3), dull), kBlock, 1e-3, 1e-3);
+  expect_truth("GGX 0.3 opposite", shiny_groove(dull, ggx(0.5, 0.3, 0.3)), kBlock, 1e-3, 1e-3);
+}
+
+TEST(Gloss, OverAnyNumberOfSurfacesAgreesWithTheReference) {
+  REQUIRE_RENDERER();
+  Twin twin = shiny_groove(ggx(0.5, 0.2, 0.4), ggx(0.5, 0.2, 0.4));
+  twin.render.bounces = kAllBounces;
+  expect_truth("GGX 0.4, all", twin, kBlock, 2e-3, 1e-3);
+}
+
+// The ball mirrors the projector to the wall in one place of each way, and the wall lies in the ball's lobe.
+TEST(Gloss, OfABallAndAMeshAgreesWithTheReference) {
+  REQUIRE_RENDERER();
+  Twin twin = rig_before(300.0);
+  twin.render.bounces = 1;
+  twin.render.glossy_bounces = true;
+  twin = with_object(twin, "wall",
+                     PlaneShape{.point_mm = {0, 0, 314},
+                                .normal = Vector3d(0.05, -0.08, -1).normalized(),
+                                .size_mm = {},
+                                .u_axis = {1, 0, 0}},
+                     ggx(0.6, 0.1, 0.4));
+  const Twin ball = with_object(twin, "ball", SphereShape{.center_mm = {2.0, -1.0, 290.0}, .radius_mm = 19.0},
+                                ggx(0.2, 0.5, 0.35));
+  expect_truth("ball", ball, {10, 10, 140, 100, 17}, 2e-3, 1e-3);
+}
+
+TEST(Gloss, OffIsTheSameBits) {
+  REQUIRE_RENDERER();
+  Twin twin = shiny_groove({.diffuse = 0.5, .specular = 0.0}, {.diffuse = 0.5, .specular = 0.0});
+  Twin off = twin;
+  off.render.glossy_bounces = false;
+  expect_same_bits(off, twin);  // no lobe, no gloss
 }
 
 }  // namespace
