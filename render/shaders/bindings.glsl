@@ -126,6 +126,7 @@ layout(binding = BIND_POINTS) uniform textureBuffer gather_points;
 layout(std430, binding = BIND_PLACES) writeonly buffer PlacesBlock { vec4 places_out[]; };
 layout(binding = BIND_CELL_TABLE) uniform utextureBuffer cell_table;
 layout(binding = BIND_CELL_LIGHT) uniform textureBuffer cell_light;
+layout(binding = BIND_MIRRORS) uniform textureBuffer mirror_places;
 layout(std430, binding = BIND_WAYS) buffer WaysBlock { vec4 ways[]; };
 layout(std430, binding = BIND_OUTPUT) buffer OutputBlock { float sums[]; };
 layout(std430, binding = BIND_OBJECTS) writeonly buffer ObjectsBlock { int objects[]; };

@@ -59,7 +59,8 @@ struct uvec4 {
 #define BIND_CELL_TABLE 22 // key and number of each cell, by the hash of the key
 #define BIND_CELL_LIGHT 23 // per cell: mean, (cosine, sine) per pair, direct images
 #define BIND_WAYS 24       // per place: MIRROR_WAYS ways of WAY_TEXELS vec4 each, mirror_ways.glsl
-#define BIND_COUNT 25
+#define BIND_MIRRORS 25    // places of shiny surfaces: position and primitive, normal
+#define BIND_COUNT 26
 
 // ---- kinds of analytic primitives: X(number of the constant N_KIND, KIND, kind, index of the first). All primitives
 // of a kind follow one another, the mesh instances come last. shapes.glsl has hit_kind(), kind_blocks() and kind_t().
@@ -237,6 +238,7 @@ struct Push {
   uint n_pixels;  // of the list
   uint n_directions;  // in which a place gathers
   uint n_of_way;      // besides, along each way of mirrored light
+  uint n_mirrors;     // places of shiny surfaces
 };
 
 #ifdef __cplusplus
@@ -244,7 +246,7 @@ static_assert(sizeof(vec4) == 16 && sizeof(uvec4) == 16);
 static_assert(offsetof(Params, pitch) == 33 * 16);
 static_assert(offsetof(Params, direct) == (33 + MAX_PITCHES + MAX_PITCHES / 4) * 16);
 static_assert(sizeof(Params) == (33 + MAX_PITCHES + MAX_PITCHES / 4 + 2 * MAX_DIRECT) * 16);
-static_assert(sizeof(Push) == 40);
+static_assert(sizeof(Push) == 44);
 static_assert(CELL_LEVELS < 32 && 3 * CELL_BITS + 3 + 5 < 32);  // a key, and 0 for none
 static_assert(2 * sizeof(Params) <= 16384);  // the smallest uniform range Vulkan guarantees
 static_assert(BLOCK_WIDTH * BLOCK_HEIGHT == BLOCK_PIXELS);

@@ -59,6 +59,7 @@ constexpr std::array<BindingInfo, BIND_COUNT> kBindings{{
     {kTexels, VK_FORMAT_R32_UINT},             // table of cells
     {kTexels, VK_FORMAT_R32_SFLOAT},           // light of cells
     {kStorage, VK_FORMAT_UNDEFINED},           // ways over shiny surfaces
+    {kTexels, VK_FORMAT_R32G32B32A32_SFLOAT},  // places of these
 }};
 
 std::size_t texel_bytes(VkFormat format) {
@@ -191,7 +192,7 @@ ComputePipeline& TraceDevice::bound_kernel(Kernel kernel, const SpecConstants& c
   ComputePipeline& made = kernels_.get(kernel_key(kernel, constants));
   // Kernels that use no list, no probe or no cells get something to bind all the same.
   for (const std::size_t b : {BIND_PIXELS, BIND_PROBE, BIND_POINTS, BIND_PLACES, BIND_CELL_TABLE,
-                              BIND_CELL_LIGHT, BIND_OBJECTS, BIND_WAYS})
+                              BIND_CELL_LIGHT, BIND_OBJECTS, BIND_WAYS, BIND_MIRRORS})
     if (!buffers_[b]) reserve(b, 16);
   std::vector<const Buffer*> bound;
   for (std::size_t b = 0; b < BIND_COUNT; ++b)

@@ -39,6 +39,7 @@ struct TraceJob {
   const HarmonicsPlan& harmonics;
   Eigen::Vector2d look_px = Eigen::Vector2d::Zero();  ///< Params::look
   std::optional<CellLookup> cells = std::nullopt;     ///< of light over two surfaces and more
+  std::uint32_t mirrors = 0;  ///< places of shiny surfaces that the device has (indirect/mirror_places.hpp)
 };
 
 }  // namespace fringetwin::render
