@@ -2,7 +2,6 @@
 #include "render/indirect/gatherer.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "render/base/pixel_list.hpp"
 #include "render/trace/sample_portions.hpp"
@@ -21,15 +20,6 @@ std::size_t groups_of(std::size_t n) { return (n + BLOCK_PIXELS - 1) / BLOCK_PIX
 std::uint32_t of_each_way(std::size_t directions) {
   constexpr std::size_t kOneOf = 8;
   return static_cast<std::uint32_t>(std::max<std::size_t>(2, directions / kOneOf / 2 * 2));
-}
-
-// Returns whether a lobe is so narrow that directions over the hemisphere hardly meet it.
-bool has_narrow_lobe(const PackedScene& scene) {
-  constexpr float kWideAlpha = 0.2F;  // GGX's alpha: 1/6 of the hemisphere's directions
-  return std::ranges::any_of(scene.materials, [](const gpu::vec4& m) {
-    const float alpha = m.z < 0.0F ? -m.z : 1.0F / std::sqrt(2.0F * std::max(m.z, 0.5F));  // as mirror_way.glsl
-    return m.y > 0.0F && alpha < kWideAlpha;
-  });
 }
 
 // A rule of one ray, for what every kernel wants to know of samples.
@@ -95,7 +85,7 @@ Gatherer::Gatherer(TraceDevice& device, const TraceJob& job, const PassPlan& pas
   constants_[SPEC_WRITE_PLACES] = with_places ? 1 : 0;
   constants_[SPEC_GLOSSY] = is_glossy(job) ? 1 : 0;
   constants_[SPEC_BY_LOBE] = by == By::lobe ? 1 : 0;
-  if (is_glossy(job) && by == By::reflectivity && has_narrow_lobe(job.scene)) {
+  if (is_glossy(job) && by == By::reflectivity && job.mirrors > 0) {
     of_way_ = of_each_way(directions);
     constants_[SPEC_N_WAYS] = MIRROR_WAYS;
   }
@@ -119,6 +109,7 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
   push.sentinel = SENTINEL_LOOPS;
   push.n_directions = static_cast<gpu::uint>(directions_);
   push.n_of_way = of_way_;
+  push.n_mirrors = job_.mirrors;
   if (of_way_ > 0) find_mirror_ways(push);
   const std::uint32_t all = push.n_directions + constants_[SPEC_N_WAYS] * of_way_;
   run_in_portions(device_, device_.bound_kernel(Kernel::gather, constants_), push, all, push.n_blocks_band,

@@ -23,7 +23,7 @@ struct SurfacePlace {
   Eigen::Vector3f n;   ///< shading normal
   float reflectivity;  ///< of what a pixel sees
   Eigen::Vector3f n_geometric;
-  float primitive;  ///< of what a pixel sees, a whole number; -1 none
+  float primitive;  ///< of what a pixel sees or a direction met, a whole number; -1 none
 };
 static_assert(sizeof(SurfacePlace) == 48);
 

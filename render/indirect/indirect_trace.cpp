@@ -12,6 +12,7 @@
 #include "render/base/pixel_list.hpp"
 #include "render/indirect/light_cells.hpp"
 #include "render/indirect/light_lattice.hpp"
+#include "render/indirect/mirror_places.hpp"
 #include "render/trace/pixel_blocks.hpp"
 #include "render/trace/sum_targets.hpp"
 #include "twin/base/errors.hpp"
@@ -38,6 +39,7 @@ class IndirectLight {
 
   void add(const std::vector<PassPlan>& passes) {
     if (seen_.places.empty()) return;
+    job_.mirrors = upload_mirrors(device_, job_, seen_.places);
     find_cells(passes.front());
     look_at_edges();
     for (std::size_t i = 0; i < passes.size(); ++i) {

@@ -100,7 +100,7 @@ void main() {
     bool counts = !of_way && (leaves || BY_LOBE != 0);
     more += vec4(d * ((mean - before) / max(dot(d, hit.n), LEAST_COSINE)), counts ? 1.0 / float(n) : 0.0);
     if (WRITE_PLACES != 0 && !of_way)
-      write_place(slot * n + k, other, vec3(arrives ? other.material.x : -1.0, 0.0, 0.0));
+      write_place(slot * n + k, other, vec3(arrives ? other.material.x : -1.0, 0.0, float(other.primitive)));
   }
   store_sums(slot, stride, mean, first_half, cosine, sine, direct);
   for (uint k = 0; k < uint(GATHER_MORE); ++k) sums[first_more + k * stride] = more[k];

@@ -56,7 +56,7 @@ float alpha_of(const Hit hit) {
 vec3 off_mirror(const Hit hit, vec3 d) {
   vec3 to_light = params.projector_center.xyz - hit.p, l = to_light / sqrt(dot(to_light, to_light)), h = l - d;
   float length_sq = dot(h, h);
-  bool mirrors = hit.primitive >= 0 && hit.material.y > 0.0 && dot(hit.n, l) > 0.0 && length_sq > 1e-6;
+  bool mirrors = hit.primitive >= 0 && dot(hit.n, l) > 0.0 && length_sq > 1e-6;
   return mirrors ? h / sqrt(length_sq) - hit.n : vec3(4.0);
 }
 bool mirrors(vec3 off) { return off.x < 3.0; }

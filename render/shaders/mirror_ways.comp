@@ -1,7 +1,7 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// Finds the ways of the projector's light over shiny surfaces to places that gather (mirror_way.glsl): some
-// directions over the hemisphere tell which surfaces mirror it nearly, Newton's method where they do.
+// Finds the ways of the projector's light over shiny surfaces to places that gather (mirror_way.glsl): of some
+// places of such surfaces those that mirror it nearly, and Newton's method from there.
 #extension GL_GOOGLE_include_directive : require
 #include "ray.glsl"
 #include "sampling.glsl"
@@ -13,7 +13,6 @@
 
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
-const uint LOOKS = 16u;    // directions over the hemisphere
 const float APART = 0.5;   // rad: ways of one surface that are nearer are one way
 const int STEPS = 4;       // of Newton's method, the last one only looks
 const float STEP = 0.02;   // between the directions that tell how a surface turns
@@ -30,9 +29,7 @@ void main() {
   hit.p = place.xyz;
   hit.n = texelFetch(gather_points, 3 * int(slot) + 1).xyz;
   hit.n_geometric = texelFetch(gather_points, 3 * int(slot) + 2).xyz;
-  uint seed = hash(uint(place.w) + hash(params.sampling_n.w + 0x51ed270bu));
-  vec3 t, b, o = bounce_start(hit);
-  basis(hit.n, t, b);
+  vec3 o = bounce_start(hit);
 
   vec3 found[MIRROR_WAYS];
   float off_by[MIRROR_WAYS];
@@ -42,11 +39,18 @@ void main() {
     off_by[w] = 3.0;
     met[w] = -1;
   }
-  for (uint k = 0u; k < LOOKS; ++k) {
-    vec3 d = by_cosine(bounce_point(k, LOOKS, seed), hit.n, t, b);
-    Hit other = bounce_hit(o, d);
+  for (uint k = 0u; k < push.n_mirrors; ++k) {
+    vec4 at = texelFetch(mirror_places, int(2u * k));
+    Hit other = no_hit();
+    other.p = at.xyz;
+    other.n = texelFetch(mirror_places, int(2u * k) + 1).xyz;
+    other.primitive = int(at.w);
+    vec3 d = other.p - o;
+    float far_sq = dot(d, d);
+    d /= sqrt(max(far_sq, 1e-12));
     vec3 off = off_mirror(other, d);
-    float by = mirrors(off) && dot(d, hit.n_geometric) > 0.0 ? sqrt(dot(off, off)) : 3.0;
+    bool meets = mirrors(off) && dot(d, hit.n) > 0.0 && dot(d, other.n) < 0.0 && far_sq > 1e-6;
+    float by = meets ? sqrt(dot(off, off)) : 3.0;
     bool same0 = met[0] == other.primitive && dot(found[0], d) > cos(APART);
     bool same1 = met[1] == other.primitive && dot(found[1], d) > cos(APART);
     // the better of two alike, else in the place of the worse

@@ -179,7 +179,7 @@ SampleSetup setup_samples(const Twin& twin, const Camera& camera, const PackedSc
 
 ParamsBlock make_params(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
   const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, look_px,
-               cells] = job;
+               cells, mirrors] = job;
   FT_CHECK(scene.primitives.size() == scene.materials.size(), "one material per primitive");
   using P = gpu::Params;
   const Projector& projector = *twin.projector;
@@ -220,7 +220,7 @@ void set_adaptive(const TraceJob& job, const AdaptiveTargets& targets, ParamsBlo
 
 SpecConstants make_constants(const TraceJob& job, const SampleSetup& samples, const PassPlan& pass) {
   const auto& [twin, camera, scene, lens, setup, blocks, shortcuts, tuning, seed, out, harmonics, look_px,
-               cells] = job;
+               cells, mirrors] = job;
   const int links = shortcuts.kinds;
   const Projector& projector = *twin.projector;
   SpecConstants c{};
