@@ -14,9 +14,9 @@
 layout(local_size_x = BLOCK_WIDTH, local_size_y = BLOCK_HEIGHT) in;
 
 const float APART = 0.5;   // rad: ways of one surface that are nearer are one way
-const int STEPS = 4;       // of Newton's method, the last one only looks
-const float STEP = 0.02;   // between the directions that tell how a surface turns
-const float FARTHEST = 0.5, SETTLED = 0.1;
+const int STEPS = 7;
+const float STEP = 0.004;  // rad, between directions that tell how a surface turns
+const float FARTHEST = 0.5, SHORTER = 0.3, SETTLED = 0.02;
 const float WIDEST = 0.5;  // sr: wider lobes need no directions of their own
 
 const MirrorWay NO_WAY = MirrorWay(vec3(0.0, 0.0, 1.0), 0.0, vec4(0.0));
@@ -63,16 +63,19 @@ void main() {
   }
 
   for (int w = 0; w < MIRROR_WAYS; ++w) {
+    // Newton's method; steps that make it worse, or leave the surface as near its limb, are shortened
     MirrorWay way = NO_WAY;
-    vec3 d = found[w];
-    bool good = met[w] >= 0;
-    for (int i = 0; i < (good ? STEPS : 0); ++i) {
-      vec3 across, up, off[3];
-      basis(d, across, up);
+    vec3 d = found[w], across, up;
+    basis(d, across, up);
+    vec2 step_ = vec2(0.0);
+    float least = 1.0;
+    for (int i = 0; i < (met[w] >= 0 ? STEPS : 0); ++i) {
+      vec3 now = normalize(d + step_.x * across + step_.y * up), right, above, off[3];
+      basis(now, right, above);
       Hit middle = no_hit();
       bool same = true;
       for (int k = 0; k < 3; ++k) {
-        vec3 look = normalize(d + (k == 1 ? STEP : 0.0) * across + (k == 2 ? STEP : 0.0) * up);
+        vec3 look = normalize(now + (k == 1 ? STEP : 0.0) * right + (k == 2 ? STEP : 0.0) * above);
         Hit other = bounce_hit(o, look);
         off[k] = off_mirror(other, look);
         if (k == 0) middle = other;
@@ -80,20 +83,23 @@ void main() {
       }
       vec3 x, y;
       basis(middle.n, x, y);
-      vec3 per_t = (off[1] - off[0]) / STEP, per_b = (off[2] - off[0]) / STEP;
-      vec4 turns = vec4(dot(x, per_t), dot(x, per_b), dot(y, per_t), dot(y, per_b));
+      vec3 per_right = (off[1] - off[0]) / STEP, per_above = (off[2] - off[0]) / STEP;
+      vec4 turns = vec4(dot(x, per_right), dot(x, per_above), dot(y, per_right), dot(y, per_above));
       float area = turns.x * turns.w - turns.y * turns.z;
-      vec2 now = vec2(dot(x, off[0]), dot(y, off[0]));
-      vec2 step_ = -vec2(turns.w * now.x - turns.y * now.y, turns.x * now.y - turns.z * now.x);
-      good = good && same && abs(area) > 1e-6;
-      step_ /= good ? area : 1.0;
-      float far = sqrt(dot(step_, step_)), alpha = alpha_of(middle);
-      if (i + 1 < STEPS) {
-        step_ *= min(1.0, FARTHEST / max(far, 1e-6));
-        if (good) d = normalize(d + step_.x * across + step_.y * up);
+      vec2 left = vec2(dot(x, off[0]), dot(y, off[0]));
+      float by = sqrt(dot(left, left)), alpha = alpha_of(middle);
+      bool better = same && by < least && abs(area) > 1e-6;
+      if (better) {
+        d = now;
+        across = right;
+        up = above;
+        least = by;
+        step_ = -vec2(turns.w * left.x - turns.y * left.y, turns.x * left.y - turns.z * left.x) / area;
+        step_ *= min(1.0, FARTHEST / max(sqrt(dot(step_, step_)), 1e-6));
+        way = by < max(alpha, SETTLED) && alpha * alpha < WIDEST * abs(area) ? MirrorWay(d, alpha, turns) : NO_WAY;
+      } else {
+        step_ *= SHORTER;
       }
-      bool settled = i + 1 == STEPS && good && far < SETTLED && alpha * alpha < WIDEST * abs(area);
-      if (settled) way = MirrorWay(d, alpha, turns);
     }
     store_way(slot, w, way);
   }
