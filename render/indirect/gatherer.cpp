@@ -121,7 +121,21 @@ Gathered Gatherer::gather(std::span<const SurfacePlace> places) {
           n,
           stride,
           directions_,
-          pass_.channels()};
+          pass_.channels(),
+          finest_fringes()};
+}
+
+// Returns the channel of the finest fringes of glossy light.
+std::optional<std::size_t> Gatherer::finest_fringes() const {
+  if (!is_glossy(job_)) return std::nullopt;
+  std::optional<std::size_t> finest;
+  double per_px = 0.0;
+  for (std::size_t i = 0; i < pass_.pitches.size(); ++i)
+    if ((pass_.fundamentals() >> i & 1U) != 0 && pass_.pitches[i].values[0] > per_px) {
+      per_px = pass_.pitches[i].values[0];
+      finest = 2 + 2 * i;
+    }
+  return finest;
 }
 
 // Where the driver's limit of loop iterations cuts it short there are no ways: only noise is larger for it.

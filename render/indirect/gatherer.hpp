@@ -4,8 +4,10 @@
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,6 +44,17 @@ struct Gathered {
   float sum(std::size_t channel, std::size_t point) const {
     return sums[channel * stride + point] / leaving(point);
   }
+  /// Returns the standard error of the light: half the difference between the two halves of the directions,
+  /// of the mean, and where the light is glossy of the finest fringes, which it is of rather then.
+  float sigma(std::size_t point) const {
+    const float of_mean = std::abs(2.0F * sum(1, point) - sum(0, point));
+    if (!finest_fringes) return of_mean;
+    const auto apart = [&](std::size_t k) {
+      return 2.0F * sum(channels + 4 + k, point) - sum(*finest_fringes + k, point);
+    };
+    return std::max(of_mean, std::hypot(apart(0), apart(1)));
+  }
+  std::optional<std::size_t> finest_fringes = std::nullopt;  ///< channel of their cosine
   /// Returns the share of the directions that leave the surface; 1/4 at least.
   float leaving(std::size_t point) const { return std::max(sums[(channels + 3) * stride + point], 0.25F); }
   /// Returns the vector v for which the mean light of a normal n near the point's own is n.v times its own.
@@ -86,6 +99,7 @@ class Gatherer {
 
  private:
   void find_mirror_ways(gpu::Push push);
+  std::optional<std::size_t> finest_fringes() const;
 
   TraceDevice& device_;
   const TraceJob& job_;

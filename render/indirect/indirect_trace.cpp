@@ -152,14 +152,12 @@ class IndirectLight {
       const Gathered from =
           gatherer.gather({&places[first], std::min(gatherer.most_at_a_time(), places.size() - first)});
       for (std::size_t i = 0; i < from.n; ++i) {
-        const float mean = from.sum(0, i), first_half = from.sum(1, i);
         float* value = &light.values[of_place[first + i] * numbers];
-        *value++ = mean;
+        *value++ = from.sum(0, i);
         for (std::size_t c = 2; c < pass.channels(); ++c) *value++ = from.sum(c, i);
         const Eigen::Vector3f towards = from.towards(i, places[first + i].n);
         for (std::size_t k = 0; k < layer.more; ++k) *value++ = towards[static_cast<Eigen::Index>(k)];
-        // half the difference of two means
-        light.sigma[of_place[first + i]] = std::abs(2.0F * first_half - mean);
+        light.sigma[of_place[first + i]] = from.sigma(i);
       }
     }
     return light;

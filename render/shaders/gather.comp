@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What places of the surfaces get over other surfaces: the sums of docs/PHYSICS.md per unit of their own
 // reflectivity, in the channel of the hits the mean over the first half of the directions; then GATHER_MORE
-// channels: where the mean comes from (three components), and the share of the directions that leave the surface.
+// channels: where the mean comes from (three components), the share of the directions that leave the surface, and
+// of glossy light the finest fringes over the first half (cosine, sine).
 // The places are what listed pixels see (then they are written, and nothing is gathered), or are given. With
 // BY_LOBE it is what their lobes send to the camera of the light around them.
 #extension GL_GOOGLE_include_directive : require
@@ -27,6 +28,20 @@ void write_place(uint entry, const Hit hit, vec3 numbers) {
 
 const float LEAST_OF_SPREAD = 0.05;
 const float LEAST_COSINE = 0.1;  // light along the surface tells little of where it comes from
+
+// The sums of the finest fringes, where the light is glossy: its noise may be in them rather than in the mean.
+vec2 finest_fringes(const float cosine[MAX_PITCHES], const float sine[MAX_PITCHES]) {
+  vec2 found = vec2(0.0);
+  float per_px = 0.0;
+#define FINER_FRINGES(i)                                         \
+  if (GLOSSY != 0 && i < N_PITCHES && (FUNDAMENTALS & (1 << i)) != 0) { \
+    bool finer = params.pitch[i].x > per_px;                     \
+    found = finer ? vec2(cosine[i], sine[i]) : found;            \
+    per_px = finer ? params.pitch[i].x : per_px;                 \
+  }
+  REPEAT32(FINER_FRINGES)
+  return found;
+}
 
 void main() {
   load_constants();
@@ -58,8 +73,10 @@ void main() {
   float cosine[MAX_PITCHES], sine[MAX_PITCHES], direct[MAX_DIRECT];
   load_sums(push.resume != 0, slot, stride, mean, first_half, cosine, sine, direct);
   vec4 more = vec4(0.0);
+  vec2 half_fringes = vec2(0.0);
   uint first_more = slot + uint(2 + 2 * N_PITCHES + N_DIRECT) * stride;
-  for (uint k = 0; k < push.resume * uint(GATHER_MORE); ++k) more[k] = sums[first_more + k * stride];
+  for (uint k = 0; k < push.resume * 4u; ++k) more[k] = sums[first_more + k * stride];
+  for (uint k = 0; k < push.resume * 2u; ++k) half_fringes[k] = sums[first_more + (4u + k) * stride];
   vec3 t, b, o = bounce_start(hit);
   basis(hit.n, t, b);
   footprint_middle = footprint_x = footprint_y = vec2(0.0);
@@ -94,15 +111,18 @@ void main() {
     w *= GLOSSY != 0 ? mix(share, of_lobe, share_of_lobe) : share;
     mean += w;
     set_spread(other, d, min(steradian, PI), u);
+    vec2 fringes = finest_fringes(cosine, sine);
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
     if (MORE_BOUNCES != 0) add_light_of_cell(other, share * other.material.x, mean, cosine, sine, direct);
     first_half += 2u * i < of_n ? mean - before : 0.0;
+    half_fringes += 2u * i < of_n ? finest_fringes(cosine, sine) - fringes : vec2(0.0);
     bool counts = !of_way && (leaves || BY_LOBE != 0);
     more += vec4(d * ((mean - before) / max(dot(d, hit.n), LEAST_COSINE)), counts ? 1.0 / float(n) : 0.0);
     if (WRITE_PLACES != 0 && !of_way)
       write_place(slot * n + k, other, vec3(arrives ? other.material.x : -1.0, 0.0, float(other.primitive)));
   }
   store_sums(slot, stride, mean, first_half, cosine, sine, direct);
-  for (uint k = 0; k < uint(GATHER_MORE); ++k) sums[first_more + k * stride] = more[k];
+  for (uint k = 0; k < 4u; ++k) sums[first_more + k * stride] = more[k];
+  for (uint k = 0; k < 2u; ++k) sums[first_more + (4u + k) * stride] = half_fringes[k];
   report_status(pixel, shadow_rays);
 }

@@ -126,7 +126,7 @@ struct uvec4 {
 #define CELL_HASH 2654435761u  // Knuth, The Art of Computer Programming 3, 6.4: 2^32 over the golden ratio
 #define CELL_HASH_SHIFT 8
 #define CELL_PROBES 16
-#define GATHER_MORE 4  // channels of gather.comp besides those of the pass
+#define GATHER_MORE 6  // channels of gather.comp besides those of the pass
 #define MIRROR_WAYS 2  // of the projector's light over shiny surfaces to a place, at most
 #define WAY_TEXELS 2
 
