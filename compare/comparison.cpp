@@ -8,8 +8,8 @@
 #include <iterator>
 
 #include "compare/causes/causes.hpp"
-#include "compare/causes/closed_columns.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/gain/gain_checks.hpp"
 #include "compare/gain/gain_trust.hpp"

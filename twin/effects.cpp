@@ -67,6 +67,18 @@ Effect interreflection() {
           "[render] bounces = \"all\""};
 }
 
+Effect glossy_interreflection() {
+  return {"glossy interreflection",
+          EffectStage::light,
+          "surfaces that light others by Lambert's law alone",
+          [](const Twin& t) {
+            const auto shines = [](const Object& o) { return o.material.specular > 0.0; };
+            return t.render.bounces > 0 && t.render.glossy_bounces && std::ranges::any_of(t.objects, shines);
+          },
+          [](Twin& t) { t.render.glossy_bounces = false; },
+          "[render] glossy_bounces = true, beside bounces"};
+}
+
 /// Makes an effect of every camera, or of every object: it is on where one has it.
 template <class Part, class IsOn, class SwitchOff>
 Effect of_each(std::vector<Part> Twin::*parts, EffectStage stage, const std::string& name,
@@ -169,6 +181,7 @@ std::vector<Effect> make_effects() {
       of_each(&Twin::objects, EffectStage::light, "albedo map", "one reflectivity per object", has_map,
               drop_map, "albedo_file of a plane; a measured shape has its own"),
       interreflection(),
+      glossy_interreflection(),
       in_noise_theory(of_projector(
           "ambient light", "a dark room", [](const Projector& p) { return p.ambient > 0.0; },
           [](Projector& p) { p.ambient = 0.0; }, "[projector] ambient")),

@@ -12,7 +12,7 @@
 // | curve as fitted  | 0.1 DN    | 3 sigma at the ends of the levels of 1,920 pixels, polynomials of four |
 // | table of a curve | 0.04 DN   | second derivative 2*0.08 + 10*0.04 + 50*0.02 over 0.9 R, steps of R/40:
 // R 1.7/1600/8 |
-#include "compare/causes/camera_curves.hpp"
+#include "compare/parameters/camera_curves.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@
 
 #include "compare/causes/group_fit.hpp"
 #include "compare/causes/own_levels.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

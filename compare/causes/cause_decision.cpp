@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "report/text.hpp"
 
 namespace fringetwin::compare {

@@ -7,7 +7,7 @@
 
 #include "compare/causes/cause_fit.hpp"
 #include "compare/causes/causes.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/result/milestones.hpp"
 
 namespace fringetwin::compare {

@@ -22,7 +22,7 @@
 #include <tuple>
 
 #include "compare/causes/cause_fit.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/geometry/fit_rows.hpp"
 #include "measure/fit/object_fits.hpp"
 #include "render/reference/reference.hpp"

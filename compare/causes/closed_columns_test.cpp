@@ -6,7 +6,7 @@
 // |---------------------------------|-----------|-------------------------------------------------------|
 // | values                          | 5e-6 E    | single precision, 6e-8 a rounding, sums of up to 12   |
 // | blur                            | 3e-4 of 2 | narrow kernel cos w - 1 for -w^2/2: s w^4/24, 2.9e-4  |
-#include "compare/causes/closed_columns.hpp"
+#include "compare/parameters/closed_columns.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 
 namespace fringetwin::compare::closed_columns_test {

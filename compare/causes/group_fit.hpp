@@ -4,7 +4,7 @@
 #pragma once
 #include <optional>
 
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/result/rows.hpp"
 

@@ -4,7 +4,7 @@
 #pragma once
 #include <vector>
 
-#include "compare/causes/grid_view.hpp"
+#include "compare/parameters/grid_view.hpp"
 #include "compare/result/own_kinds.hpp"
 
 namespace fringetwin::compare {

@@ -27,9 +27,9 @@
 #include <numeric>
 #include <random>
 
-#include "compare/causes/closed_columns.hpp"
+#include "compare/parameters/closed_columns.hpp"
 #include "compare/causes/group_fit.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "render/reference/reference.hpp"

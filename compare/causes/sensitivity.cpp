@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "compare/causes/own_levels.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/causes/scaled_eigen.hpp"
 #include "compare/gray/texture_steps.hpp"
 #include "compare/verdict/explained.hpp"

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "compare/causes/grid_view.hpp"
-#include "compare/causes/parameter.hpp"
+#include "compare/parameters/grid_view.hpp"
+#include "compare/parameters/parameter.hpp"
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
 #include "compare/result/own_kinds.hpp"

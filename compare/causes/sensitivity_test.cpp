@@ -20,7 +20,7 @@
 #include <random>
 
 #include "compare/causes/cause_regions.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <span>
 
-#include "compare/causes/closed_columns.hpp"
+#include "compare/parameters/closed_columns.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "compare/causes/cause_decision.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "report/text.hpp"
 
 namespace fringetwin::compare {

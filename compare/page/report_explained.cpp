@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "compare/causes/causes.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_parts.hpp"
 #include "compare/pattern/pattern.hpp"

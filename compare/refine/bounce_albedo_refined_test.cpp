@@ -12,7 +12,7 @@
 #include <random>
 
 #include "compare/causes/group_fit.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"

@@ -14,7 +14,7 @@
 #include <numeric>
 
 #include "compare/causes/group_fit.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"
 

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "compare/causes/closed_columns.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/gray/gray_pair.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/refine/apply_texture.hpp"
@@ -40,7 +40,7 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 constexpr std::array kByThemselves{"size",      "specular",        "intrinsics",      "motion",
                                    "timing",    "projector_field", "blur_field",      "camera_knee",
                                    "halo",      "camera_response", "harmonics_field", "harmonics_high",
-                                   "subsurface"};
+                                   "subsurface", "roughness"};
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
   return p.group == asked || p.name == asked ||

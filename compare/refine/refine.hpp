@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/causes/parameter.hpp"
+#include "compare/parameters/parameter.hpp"
 #include "compare/result/options.hpp"
 #include "compare/result/refined.hpp"
 #include "compare/result/side.hpp"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/merge/toml_merge.hpp"

@@ -7,7 +7,7 @@
 #include <array>
 #include <span>
 
-#include "compare/causes/parameters_geometry.hpp"
+#include "compare/parameters/parameters_geometry.hpp"
 #include "compare/refine/refine.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/moving.hpp"
@@ -186,6 +186,10 @@ void add_object(std::vector<TomlBlock>& blocks, const Object& before, const Obje
                fmt::format("{}", after.material.diffuse));
   material.key("specular", fmt::format("{}", before.material.specular),
                fmt::format("{}", after.material.specular));
+  material.key("roughness", fmt::format("{}", before.material.roughness),
+               fmt::format("{}", after.material.roughness));
+  material.key("shininess", fmt::format("{}", before.material.shininess),
+               fmt::format("{}", after.material.shininess));
   material.key("mean_free_path_mm", fmt::format("{}", before.material.mean_free_path_mm),
                fmt::format("{}", after.material.mean_free_path_mm));
   material.append_to(blocks);
@@ -223,6 +227,8 @@ std::vector<TomlBlock> refined_blocks(const Twin& before, const Twin& after) {
     return t.render.bounces >= kAllBounces ? std::string("\"all\"") : fmt::format("{}", t.render.bounces);
   };
   render.key("bounces", bounces(before), bounces(after));
+  render.key("glossy_bounces", fmt::format("{}", before.render.glossy_bounces),
+             fmt::format("{}", after.render.glossy_bounces));
   render.append_to(blocks);
   return blocks;
 }

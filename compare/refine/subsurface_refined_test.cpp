@@ -7,7 +7,7 @@
 
 #include "compare/causes/causes.hpp"
 #include "compare/causes/group_fit.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/compare/planted_samples.hpp"
 #include "tests/support/paper_rig.hpp"

@@ -13,8 +13,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/causes/closed_columns.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/refine/refine.hpp"
 #include "twin/base/errors.hpp"
 

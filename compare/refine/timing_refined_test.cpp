@@ -14,7 +14,7 @@
 #include <cmath>
 
 #include "compare/causes/group_fit.hpp"
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/refine/refine_start.hpp"
 #include "tests/support/agreement.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,10 @@
 #include <iterator>
 #include <utility>
 
-#include "compare/causes/camera_curves.hpp"
-#include "compare/causes/closed_columns.hpp"
-#include "compare/causes/parameters_geometry.hpp"
+#include "compare/parameters/camera_curves.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters_geometry.hpp"
+#include "compare/parameters/parameters_surfaces.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
@@ -61,8 +62,6 @@ constexpr double kNearPerBlur = 4.0, kFarPx = 30.0;
 constexpr double kSharper = 0.5;       ///< times its width: a blur that is fitted beside a halo from none
 constexpr double kLittleLight = 0.05;  ///< in a part of a halo that a fit begins with
 
-constexpr double kDarkest = 0.01;  ///< factor on all reflectivities
-
 bool has_code(const Twin& twin) {
   return std::ranges::any_of(expand_sequence(twin.fringes), &PatternSpec::is_gray);
 }
@@ -82,19 +81,13 @@ bool can_have_blur_field(const Twin& twin) {
   return p.blur_px > 0.0 && !p.pixel_structure && !p.optics && twin.fringes.images.empty() && !has_code(twin);
 }
 
-/// Returns whether light below surfaces can be rendered.
-bool can_have_subsurface(const Twin& twin) {
-  const Projector& p = *twin.projector;
-  return !p.pixel_structure && !p.optics && twin.fringes.images.empty();
-}
-
 /// Returns whether several pitches tell how light is spread: by what they lose of their contrast.
 bool has_pitches(const Twin& twin) {
   return std::ranges::any_of(twin.fringes.directions,
                              [](const DirectionFringes& d) { return d.pitches_px.size() > 1; });
 }
 
-/// Lists what light and surfaces do.
+/// Lists what light does.
 class ParameterList : private GroupList {
  public:
   ParameterList(const Twin& twin, std::string group) : GroupList(std::move(group)), twin_(twin) {}
@@ -110,11 +103,6 @@ class ParameterList : private GroupList {
     if (group_ == "blur_field") add_blur_field();
     if (group_ == "halo") add_halo();
     if (group_ == "vignetting") add_vignetting();
-    if (group_ == "albedo") add_albedo();
-    if (group_ == "specular") add_specular();
-    if (group_ == "subsurface") add_subsurface();
-    if (group_ == "bounce") add_bounce();
-    if (group_ == "bounce_albedo") add_bounce_albedo();
     if (group_ == "lamp") add_lamp();
     return std::move(list_);
   }
@@ -270,84 +258,6 @@ class ParameterList : private GroupList {
     }
   }
 
-  void add_albedo() {
-    for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
-      Parameter& p = add(twin_.objects[k].name + ".diffuse", "", twin_.objects[k].material.diffuse, 0.01,
-                         [k](Twin& t, double d) { t.objects[k].material.diffuse += d; });
-      p.smallest = 1e-6;
-      if (all_light_is_diffuse()) p.effect = factor_effect();
-    }
-  }
-
-  /// Returns whether all light of the images is in proportion to the reflectivity of the only object.
-  bool all_light_is_diffuse() const {
-    return twin_.objects.size() == 1 && twin_.objects[0].material.specular == 0.0 &&
-           twin_.objects[0].material.diffuse > 0.0 && twin_.render.bounces == 0 && twin_.projector &&
-           twin_.projector->ambient == 0.0 &&
-           std::ranges::none_of(twin_.cameras, [](const Camera& c) { return c.texture != nullptr; });
-  }
-
-  /// The shininess is held: of a weak gloss it cannot be told.
-  void add_specular() {
-    for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
-      Parameter& p = add(twin_.objects[k].name + ".specular", "", twin_.objects[k].material.specular, 0.01,
-                         [k](Twin& t, double d) { t.objects[k].material.specular += d; });
-      p.smallest = 0.0;
-    }
-  }
-
-  /// From none at all the contrast falls with the square of the path, and the fringes move with it.
-  void add_subsurface() {
-    if (!twin_.projector || !can_have_subsurface(twin_)) return;
-    for (std::size_t k = 0; k < twin_.objects.size(); ++k) {
-      if (twin_.objects[k].material.diffuse == 0.0) continue;
-      Parameter& p =
-          add(twin_.objects[k].name + ".mean_free_path_mm", "mm", twin_.objects[k].material.mean_free_path_mm,
-              0.05, [k](Twin& t, double d) { t.objects[k].material.mean_free_path_mm += d; });
-      p.smallest = 0.0;
-      p.largest = kLongestFreePathMm;
-    }
-  }
-
-  /// Two convex bodies, or one mesh, can light each other; one sphere, plane or cylinder cannot.
-  bool surfaces_light_each_other() const {
-    const bool alone =
-        twin_.objects.size() == 1 &&
-        !std::visit([]<class S>(const S&) { return S::kLightsItself; }, twin_.objects[0].shape);
-    return twin_.projector && !alone && !twin_.objects.empty() && !twin_.fringes.has_harmonics_field();
-  }
-
-  /// The logarithm of a factor on all reflectivities, with as much less light: what comes straight stays as
-  /// it is, and the gain does not know of it.
-  void add_bounce_albedo() {
-    if (!surfaces_light_each_other()) return;
-    double most = 0.0;
-    for (const Object& object : twin_.objects) most = std::max(most, object.material.diffuse);
-    if (most == 0.0) return;
-    Parameter& p = add("bounces.log_albedo", "", 0.0, 0.05, [](Twin& t, double d) {
-      const double factor = std::exp(d);
-      for (Object& object : t.objects) {
-        object.material.diffuse *= factor;
-        object.material.specular *= factor;
-      }
-      t.projector->intensity /= factor;
-      t.room.lamp_world /= factor;
-    });
-    p.smallest = std::log(kDarkest);
-    p.largest = -std::log(most);
-  }
-
-  void add_bounce() {
-    if (!surfaces_light_each_other()) return;
-    Parameter& p = add("bounces", "", twin_.render.bounces > 0 ? 1.0 : 0.0, 1.0, [](Twin& t, double d) {
-      if (d >= 0.5 && t.render.bounces == 0) t.render.bounces = kAllBounces;  // as surfaces do
-      if (d <= -0.5) t.render.bounces = 0;
-    });
-    p.is_switch = true;
-    p.smallest = 0.0;
-    p.largest = 1.0;
-  }
-
   /// From no lamp at all there is no way to one: what it would light is not known.
   void add_lamp() {
     if (!twin_.projector || !twin_.room.has_lamp()) return;
@@ -362,91 +272,12 @@ class ParameterList : private GroupList {
 
 }  // namespace
 
-const std::vector<ParameterGroup>& parameter_groups() {
-  static const std::vector<ParameterGroup> groups{
-      {"pose", "where the objects are", "an object is not where the twin says (pose)"},
-      {"size", "radius of spheres and cylinders, size of meshes", "an object is larger or smaller (size)"},
-      {"rig", "poses of the projector and the second camera", "pose of the projector or the second camera"},
-      {"intrinsics", "principal point and focal length of every lens",
-       "principal point or focal length of a lens (intrinsics)"},
-      {"lens", "radial distortion k1, k2 of every lens", "lens distortion"},
-      {"response", "gamma of the projector", "the projector's response (gamma)"},
-      {"harmonics", "harmonics 2 to 7 of the projected fringe, in phase and in quadrature (6 steps or more)",
-       "harmonics of the projected fringe", "",
-       "harmonics_field besides, where they vary over the projector's image"},
-      {"blur", "width of the projector's blur", "blur of the projected pattern"},
-      {"halo", "light that the projector's lens spreads further than its blur: shares and widths",
-       "the projector spreads a part of its light further than its blur (halo: tails of its point spread)"},
-      {"vignetting", "gain over each camera's image: tilt and r^2",
-       "gain that varies over the image (vignetting)"},
-      {"albedo", "diffuse reflectivity of each object", "reflectivity of the objects (albedo)"},
-      {"specular", "gloss of each object, its shininess held", "gloss of the objects (specular)"},
-      {"subsurface", "how far light goes below the surface of each object (mean free path)",
-       "light goes below the surface of an object and leaves it beside (subsurface: wax, plastic, marble, "
-       "skin)"},
-      {"bounce", "light that reaches a surface by way of another",
-       "light that reaches a surface by way of others (interreflection)"},
-      {"bounce_albedo",
-       "a factor on the reflectivity of all objects beside the same direct light: what goes from surface to "
-       "surface",
-       "surfaces send more or less of their light to others (reflectivity beside bounces)", "", "", false},
-      {"light", "brightness of each image", "the light differed from image to image (lamp flicker or drift)",
-       "",
-       "have it taken out by [measure] light = \"corrected\", or record again with a steady lamp or "
-       "exposures of "
-       "whole periods of the mains"},
-      {"lamp", "direction and light of the room's lamp", "the lamp beside the projector (room.lamp)"},
-      {"room_light", "light over each camera's image that is the same in all images",
-       "light that is no projector's (room light, a lamp, scattering)",
-       "record again in the dark, or subtract an image of the dark room; a lamp far away is [room] lamp"},
-      {"camera_response", "curve of each camera's gray values over the light",
-       "a camera's gray values do not follow the light in proportion (its response)", "",
-       "switch gamma and other curves off in the camera, and keep its values below the bend"},
-      {"camera_knee", "a level of each camera's gray values from which on they rise less, and by how much",
-       "a camera's gray values bend at a level (knee of its response)", "",
-       "switch the knee (WDR, gamma) off in the camera, or keep its values below it"},
-      {"projector_field", "light over the projector's image, to the fourth order",
-       "the projector is brighter here than there (hot spot, its own vignetting: light_field)", "",
-       "texture in its place: a factor per pixel takes it away"},
-      {"image_shift", "shift of the fringes of each image",
-       "the fringes moved from image to image (vibration, wrong phase steps)", "",
-       "record again on a firm base; check the projector's phase steps"},
-      {"motion", "steady motion of each object while the images are taken",
-       "an object moved while the images were taken", "", "record again with everything at rest, or faster"},
-      {"camera_psf", "width of each camera's blur", "blur of a camera's image (out of focus)",
-       "put the width that the causes name into psf_px of the camera"},
-      {"exposure", "exposure of each image of each camera", "the exposure differed from image to image", "",
-       "hold the exposure, and trigger it by the projector", false},
-      {"timing", "when each image of each camera is exposed beside its pattern, and the read-out of its rows",
-       "exposures reached into another pattern (late or early ones, a rolling shutter)", "",
-       "expose when the projector says so, and for no longer than a pattern is shown", false},
-      {"harmonics_field",
-       "how the harmonics vary over the projector's image: five terms of each number, up to the second order",
-       "the form of the fringe differs over the projector's image (harmonics_field)", "", "", false},
-      {"harmonics_high",
-       "harmonics 8 to 16 of the projected fringe, in phase and in quadrature (9 steps or more)",
-       "fine structure of the projected fringe (harmonics 8 to 16)", "", "", false},
-      {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
-       "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
-       "", "", false},
-      {"blur_field", "how the blur's variance varies over the projector's image: a quadratic, five numbers",
-       "the projector is sharper here than there (blur_field_px2)", "", "", false},
-  };
-  return groups;
-}
-
-const ParameterGroup& parameter_group(const std::string& name) {
-  for (const ParameterGroup& group : parameter_groups())
-    if (group.name == name) return group;
-  FT_CHECK(false, "a known parameter group");
-  return parameter_groups().front();
-}
-
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps) {
   // pitches alone tell a halo from the blur where nothing else differs, and that is for `--refine`
   if (group == "halo" && !has_code(twin)) return {};
   std::vector<Parameter> all = geometry_parameters(twin, group);
+  for (Parameter& p : surface_parameters(twin, group)) all.push_back(std::move(p));
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
   for (Parameter& p : closed_parameters(twin, group, use_steps)) {
     if (p.instead.empty()) p.instead = parameter_group(group).instead;

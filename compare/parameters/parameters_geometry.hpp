@@ -2,7 +2,7 @@
 // Lists the parameters of a twin that say where things are and how large, and how devices look: those that
 // move the fringes over the camera's image.
 #pragma once
-#include "compare/causes/parameter.hpp"
+#include "compare/parameters/parameter.hpp"
 
 namespace fringetwin::compare {
 

@@ -6,24 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "compare/causes/parameter.hpp"
+#include "compare/parameters/parameter.hpp"
+#include "compare/parameters/parameter_groups.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::compare {
-
-/// Parameters that are fitted together and named together.
-struct ParameterGroup {
-  std::string name;     ///< what `--refine` calls it
-  std::string meaning;  ///< of its parameters
-  std::string cause;    ///< how a report names it when the twin is wrong about it
-  /// What to do about it where `--refine` does not fit it, because no key of twin.toml holds it.
-  std::string instead = {};
-  std::string besides = {};  ///< what else helps than `--refine`
-  bool is_searched = true;   ///< as a cause; else only `--refine` fits it
-};
-/// Returns the groups in which the causes are looked for. Gain and black level of each camera come besides.
-const std::vector<ParameterGroup>& parameter_groups();
-const ParameterGroup& parameter_group(const std::string& name);
 
 /// Returns all parameters of a group that this twin has; none where it lacks what they describe (a response
 /// given as a table, objects that cannot light each other ...). `use_steps`: the phase steps that are

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/closed_columns.hpp"
+#include "compare/parameters/closed_columns.hpp"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 #include <numbers>
 #include <span>
 
-#include "compare/causes/camera_curves.hpp"
-#include "compare/causes/parameters_geometry.hpp"
+#include "compare/parameters/camera_curves.hpp"
+#include "compare/parameters/parameters_geometry.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "render/pattern/projector_places.hpp"
 #include "twin/lens/linear.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/camera_curves.hpp"
+#include "compare/parameters/camera_curves.hpp"
 
 #include <fmt/format.h>
 

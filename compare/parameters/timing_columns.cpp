@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "compare/causes/closed_columns.hpp"
+#include "compare/parameters/closed_columns.hpp"
 
 namespace fringetwin::compare {
 namespace {

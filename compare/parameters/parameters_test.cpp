@@ -4,7 +4,7 @@
 // |--------------------------------------|-----------|----------------------------------------------------|
 // | numbers moved directly               | 1e-12     | one rounding of numbers up to 300                  |
 // | unit vectors, rotations, sums of two | 1e-12     | a few roundings                                    |
-#include "compare/causes/parameters.hpp"
+#include "compare/parameters/parameters.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -62,6 +62,9 @@ Twin rich_twin() {
                   {"wall", plane, {}},
                   {"tube", cylinder, {}},
                   {"part", mesh, {}}};
+  twin.objects[0].material.specular = 0.25;
+  twin.objects[1].material.specular = 0.25;
+  twin.objects[1].material.specular_model = Material::Specular::ggx;
   twin.fringes.steps = 6;
   twin.fringes.directions = {{Axis::x, {13, 14, 15}, {0, 0, 0}, {}}};
   return twin;
@@ -158,9 +161,12 @@ Numbers numbers_of(const Twin& twin) {
     put(out, object.name, object.shape);
     out[object.name + ".diffuse"] = object.material.diffuse;
     out[object.name + ".specular"] = object.material.specular;
+    out[object.name + ".shininess"] = object.material.shininess;
+    out[object.name + ".roughness"] = object.material.roughness;
     out[object.name + ".mean_free_path"] = object.material.mean_free_path_mm;
   }
   out["bounces"] = twin.render.bounces > 0 ? 1.0 : 0.0;
+  out["bounces.glossy"] = twin.render.glossy_bounces ? 1.0 : 0.0;
   return out;
 }
 
@@ -218,6 +224,8 @@ TEST(Parameters, EveryNumberIsMovedByTheChangeItself) {
       {"projector.principal_point_px.x", "projector.lens.intrinsics2"},
       {"right.principal_point_px.y", "right.lens.intrinsics3"},
       {"ball.specular", "ball.specular"},
+      {"ball.shininess", "ball.shininess"},
+      {"wall.roughness", "wall.roughness"},
       {"projector.shift_mm.y", "projector.pose.t.y"},
       {"right.shift_mm.z", "right.pose.t.z"},
       {"projector.k1", "projector.lens.intrinsics4"},
@@ -267,6 +275,19 @@ TEST(Parameters, AParameterMovesItsOwnThingOnly) {
     own.erase("image_0.light");  // gives way to that of another image: the mean is the gain's
     for (const auto& [name, change] : own) EXPECT_EQ(name.substr(0, name.find('.')), thing) << name;
   }
+}
+
+// Surfaces that send light to others by their lobes send it by their reflectivity, too.
+TEST(Parameters, GlossComesWithBounces) {
+  Twin twin = rich_twin();
+  EXPECT_EQ(with_change(twin, named(twin, "bounces.glossy"), 1.0).render.bounces, kAllBounces);
+  twin.render.bounces = 2;
+  const Twin glossy = with_change(twin, named(twin, "bounces.glossy"), 1.0);
+  EXPECT_EQ(glossy.render.bounces, 2);
+  EXPECT_TRUE(glossy.render.glossy_bounces);
+  const Twin off = with_change(glossy, named(glossy, "bounces.glossy"), -1.0);
+  EXPECT_EQ(off.render.bounces, 2);
+  EXPECT_FALSE(off.render.glossy_bounces);
 }
 
 // Of six steps 5 and 7 cannot be told from the fundamental; what pitches have apart they keep.
@@ -488,6 +509,8 @@ TEST(Parameters, OnlyWhatTheTwinHas) {
   Twin twin = rich_twin();
   EXPECT_THAT(names_of(twin, "response"), UnorderedElementsAre("projector.gamma"));
   EXPECT_THAT(names_of(twin, "bounce"), UnorderedElementsAre("bounces"));
+  EXPECT_THAT(names_of(twin, "gloss"), UnorderedElementsAre("bounces.glossy"));
+  EXPECT_THAT(names_of(twin, "roughness"), UnorderedElementsAre("ball.shininess", "wall.roughness"));
   twin.projector->response = {.kind = ProjectorResponse::Kind::table, .gamma = 1.0, .table = {0.0, 0.4, 1.0}};
   EXPECT_THAT(names_of(twin, "response"), ::testing::IsEmpty());
   twin.cameras[1].vignetting.kind = Vignetting::Kind::cos4;
@@ -495,8 +518,11 @@ TEST(Parameters, OnlyWhatTheTwinHas) {
               UnorderedElementsAre("left.vignetting_tilt.x", "left.vignetting_tilt.y", "left.vignetting.a1"));
   twin.objects.resize(1);  // one sphere cannot light itself
   EXPECT_THAT(names_of(twin, "bounce"), ::testing::IsEmpty());
+  EXPECT_THAT(names_of(twin, "gloss"), ::testing::IsEmpty());
   EXPECT_THAT(names_of(twin, "pose"),
               UnorderedElementsAre("ball.center_mm.x", "ball.center_mm.y", "ball.center_mm.z"));
+  twin.objects[0].material.specular = 0.0;  // no lobe, no width of it
+  EXPECT_THAT(names_of(twin, "roughness"), ::testing::IsEmpty());
   twin.projector.reset();
   EXPECT_THAT(names_of(twin, "size"), UnorderedElementsAre("ball.radius_mm"));
   for (const char* group : {"response", "blur", "bounce", "projector_field"})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/parameters_geometry.hpp"
+#include "compare/parameters/parameters_geometry.hpp"
 
 #include <fmt/format.h>
 

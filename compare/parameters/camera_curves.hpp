@@ -2,7 +2,7 @@
 // Lists what bends a camera's gray values as parameters of the groups camera_response and camera_knee
 // (docs/metrics/causes.md, "Causes").
 #pragma once
-#include "compare/causes/parameter.hpp"
+#include "compare/parameters/parameter.hpp"
 
 namespace fringetwin::compare {
 

@@ -2,8 +2,8 @@
 // Lists the parameters that change gray values in a way that needs no rendering: each is a function of the
 // irradiance that the twin predicts for the samples (docs/metrics/causes.md, "Causes").
 #pragma once
-#include "compare/causes/grid_view.hpp"
-#include "compare/causes/parameter.hpp"
+#include "compare/parameters/grid_view.hpp"
+#include "compare/parameters/parameter.hpp"
 
 namespace fringetwin::compare {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/causes/grid_view.hpp"
+#include "compare/parameters/grid_view.hpp"
 
 #include <algorithm>
 #include <cmath>

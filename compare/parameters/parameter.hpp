@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "compare/causes/grid_view.hpp"
+#include "compare/parameters/grid_view.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::compare {
