@@ -41,8 +41,6 @@ namespace {
 using measure::DirectionDecode;
 
 constexpr std::size_t kCausePixels = 10'000;  ///< per camera: enough for causes that act on whole surfaces
-/// Light over other surfaces is gathered at every eighth pixel of smooth surfaces and interpolated between.
-constexpr double kPixelsOfOneGathering = 64.0;
 constexpr double kFarPeriods = 0.4;  ///< further than this gray values say nothing of a small change's effect
 constexpr double kManyOrders = 0.01;  ///< share of order disagreements that noise and outlines do not make
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/causes/cause_regions.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "twin/base/constants.hpp"
@@ -47,9 +48,7 @@ std::vector<PitchSteps> pitches_of(const GridSamples& s, const Fringes& fringes)
 
 struct Sum {
   double residual = 0.0, variance = 0.0, weight = 0.0;
-  void add(double value, double variance_of_it) {
-    residual += value, variance += variance_of_it, weight += 1.0;
-  }
+  double scatter = 0.0;  ///< variance besides, as if every pixel had one of its own
 };
 struct Square {
   std::vector<Sum> sums;  ///< level, contrast, shift, then one per image
@@ -101,14 +100,16 @@ void add_pixel(const PixelValues& p, const Eigen::MatrixXd& weights, const Eigen
   square.sums.resize(static_cast<std::size_t>(kImage + p.used.size()));
   ++square.pixels;
   for (Eigen::Index k = 0; weights.cols() == kImage && k < p.used.size(); ++k)
-    if (p.used[k] > 0.0)
-      square.sums[static_cast<std::size_t>(kImage + k)].add(
-          p.residual[k], p.variance[k] + (scatters ? scatter_dn2(k, k) : 0.0));
+    if (p.used[k] > 0.0) {
+      Sum& sum = square.sums[static_cast<std::size_t>(kImage + k)];
+      sum.residual += p.residual[k], sum.variance += p.variance[k], sum.weight += 1.0;
+      if (scatters) sum.scatter += scatter_dn2(k, k);
+    }
   for (Eigen::Index j = 0; j < weights.cols(); ++j) {
     Sum& sum = square.sums[static_cast<std::size_t>(j)];
     sum.residual += weights.col(j).dot(p.residual);
     sum.variance += weights.col(j).cwiseAbs2().dot(p.variance);
-    if (scatters) sum.variance += weights.col(j).dot(scatter_dn2 * weights.col(j));
+    if (scatters) sum.scatter += weights.col(j).dot(scatter_dn2 * weights.col(j));
     sum.weight += weights.col(j).cwiseAbs().sum();
   }
 }
@@ -152,12 +153,13 @@ std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fri
     const GridSamples& s = sensitivity.samples()[c];
     for (const Square& square : of_camera[c]) {
       if (square.pixels < kFewestInSquare) continue;
+      const double alike = std::min(s.scatters_alike, static_cast<double>(square.pixels));
       for (std::size_t j = 0; j < square.sums.size(); ++j) {
         const Sum& sum = square.sums[j];
         if (!(sum.variance > 0.0)) continue;
-        const double together = sum.weight * s.rendering_dn;
+        const double together = sum.weight * s.rendering_dn, variance = sum.variance + alike * sum.scatter;
         CauseRegion& kind = out[std::min<std::size_t>(j, kImage)];
-        kind.chi2 += sum.residual * sum.residual / (sum.variance + together * together);
+        kind.chi2 += sum.residual * sum.residual / (variance + together * together);
         ++kind.n;
       }
     }

@@ -261,6 +261,8 @@ void Sensitivity::add_scatter_of(const Twin& twin) {
     const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera);
     if (scatter.size() == 0) continue;
     s.scatter_dn2 = s.gain_dn * s.gain_dn * scatter(s.images, s.images);
+    const double apart_px = s.grid.stride * s.grid.keep;
+    s.scatters_alike = std::max(1.0, kPixelsOfOneGathering / (apart_px * apart_px));
     for (std::size_t i = 0; i < s.weight.size(); ++i)
       if (float& w = s.weight[i]; w > 0.0F)
         w = static_cast<float>(

@@ -52,6 +52,7 @@ struct GridSamples {
   double light_of(std::size_t k) const { return light.empty() ? 1.0 : light[k]; }
   double rendering_dn = 0.0;    ///< rms rendering error, part of the weights
   Eigen::MatrixXd scatter_dn2;  ///< of RenderingError, of these images; part of the weights
+  double scatters_alike = 1.0;  ///< in so many neighbouring pixels of those that are kept
   double known_to = 0.05;       ///< relative standard uncertainty of the noise's variance, of single values
   double mean_known_to = 0.05;  ///< the same on average over the pixels' means: of sums over regions
   /// Returns the variance of the noise of a gray value of this level; empty: the weights stay as they are.
@@ -97,6 +98,10 @@ GridView cut_to(const GridView& grid, const Camera& camera, const ImageU8& mask)
 /// difference is one of the twins. At 1 rad per pixel 9 points are exact to 1e-6 of the contrast, 4 to 2e-4.
 std::vector<ImageF> render_grid(render::Renderer& renderer, const Twin& twin, std::size_t index,
                                 const GridView& grid, int samples, std::uint64_t seed = 0);
+
+/// Light over other surfaces is gathered at every eighth pixel of smooth surfaces and interpolated between
+/// them: in so many pixels it scatters alike.
+inline constexpr double kPixelsOfOneGathering = 64.0;
 
 /// Returns the covariance (sequence order) that the directions of bounces, taken at random, leave in the
 /// irradiance of a pixel: its images have the same directions, pixels far from it have others.

@@ -74,8 +74,9 @@ class SurfaceParameters : private GroupList {
         p.smallest = kSmoothest;
         p.largest = 1.0;
       } else {
-        Parameter& p = add(twin_.objects[k].name + ".shininess", "", material.shininess, 0.05 * material.shininess,
-                           [k](Twin& t, double d) { t.objects[k].material.shininess += d; });
+        Parameter& p =
+            add(twin_.objects[k].name + ".shininess", "", material.shininess, 0.05 * material.shininess,
+                [k](Twin& t, double d) { t.objects[k].material.shininess += d; });
         p.smallest = kLeastShininess;
         p.largest = kMostShininess;
       }

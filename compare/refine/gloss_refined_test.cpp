@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shiny surfaces as the reference in double precision sees them: the width of their lobe is named and found back,
-// and light that they mirror to one another is named for what it is.
+// Shiny surfaces as the reference in double precision sees them: the width of their lobe is named and found
+// back, and light that they mirror to one another is named for what it is.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -73,8 +73,8 @@ GridSamples seen_of_corner(double roughness) {
   s.grid = {1, 0, 0, 120, 90};
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, kSeenNoiseDn);
-  for (const auto& p : testing::reference_block(reference, 0, {8, 8, 104, 74, 6}, {.gauss_n = 2, .bounce_n = 64},
-                                                true)) {
+  for (const auto& p :
+       testing::reference_block(reference, 0, {8, 8, 104, 74, 6}, {.gauss_n = 2, .bounce_n = 64}, true)) {
     s.cell.push_back(static_cast<std::size_t>(p.y * 120 + p.x));
     for (const double light : p.pixel.irradiance) {
       s.real_dn.push_back(static_cast<float>(kGain * light + kBlack + noise(random)));
