@@ -21,7 +21,7 @@ using ::testing::ElementsAre;
 
 using namespace planted_samples;
 
-constexpr double kSeenNoiseDn = 0.5;
+constexpr double kSeenNoiseDn = 0.5, kCornerNoiseDn = 1.0;
 
 void make_shiny(Material& material, double specular, double roughness) {
   material.specular = specular;
@@ -58,27 +58,27 @@ TEST(GlossRefined, RoughnessIsNamedAndFoundBack) {
 /// A corner of two walls that shine.
 Twin shiny_corner(double roughness) {
   Twin twin = testing::window_on_a_corner(0.5, 120, 90);
-  for (Object& wall : twin.objects) make_shiny(wall.material, 0.2, roughness);
+  for (Object& wall : twin.objects) make_shiny(wall.material, 0.1, roughness);
   return twin;
 }
 
-/// What the camera sees of a corner whose walls mirror light to one another, at every sixth pixel.
+/// What the camera sees of a corner whose walls mirror light to one another, around its edge.
 GridSamples seen_of_corner(double roughness) {
   Twin truth = shiny_corner(roughness);
-  truth.render.bounces = 1;
+  truth.render.bounces = kAllBounces;
   truth.render.glossy_bounces = true;
   const render::Reference reference(truth);
   GridSamples s;
   s.camera = 0;
   s.grid = {1, 0, 0, 120, 90};
   std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, kSeenNoiseDn);
-  for (const auto& p :
-       testing::reference_block(reference, 0, {8, 8, 104, 74, 6}, {.gauss_n = 2, .bounce_n = 64}, true)) {
+  std::normal_distribution<double> noise(0.0, kCornerNoiseDn);
+  for (const auto& p : testing::reference_block(reference, 0, {36, 24, 48, 40, 1},
+                                                {.gauss_n = 1, .bounce_n = 48, .paths = 1}, true)) {
     s.cell.push_back(static_cast<std::size_t>(p.y * 120 + p.x));
     for (const double light : p.pixel.irradiance) {
       s.real_dn.push_back(static_cast<float>(kGain * light + kBlack + noise(random)));
-      s.weight.push_back(static_cast<float>(1.0 / kSeenNoiseDn));
+      s.weight.push_back(static_cast<float>(1.0 / kCornerNoiseDn));
     }
   }
   for (int k = 0; k < 12; ++k) s.images.push_back(k);
