@@ -8,8 +8,6 @@
 #include <iterator>
 
 #include "compare/causes/causes.hpp"
-#include "compare/parameters/closed_columns.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/gain/gain_checks.hpp"
 #include "compare/gain/gain_trust.hpp"
@@ -20,6 +18,8 @@
 #include "compare/gray/gray_rows.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/noise_check.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/pattern/what_is_left.hpp"
 #include "compare/phase/constant_shift.hpp"
 #include "compare/phase/phase_budget.hpp"

@@ -22,8 +22,8 @@
 #include <tuple>
 
 #include "compare/causes/cause_fit.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/geometry/fit_rows.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "measure/fit/object_fits.hpp"
 #include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"

@@ -14,8 +14,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
+#include "compare/parameters/parameters.hpp"
 
 namespace fringetwin::compare::closed_columns_test {
 namespace {

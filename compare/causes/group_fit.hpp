@@ -4,8 +4,8 @@
 #pragma once
 #include <optional>
 
-#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/result/rows.hpp"
 
 namespace fringetwin::compare {

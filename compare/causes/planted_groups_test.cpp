@@ -27,10 +27,10 @@
 #include <numeric>
 #include <random>
 
-#include "compare/parameters/closed_columns.hpp"
 #include "compare/causes/group_fit.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "render/pattern/camera_effects.hpp"
 #include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"

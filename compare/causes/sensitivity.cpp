@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "compare/causes/own_levels.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/causes/scaled_eigen.hpp"
 #include "compare/gray/texture_steps.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"

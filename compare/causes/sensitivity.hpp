@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "compare/parameters/grid_view.hpp"
-#include "compare/parameters/parameter.hpp"
 #include "compare/gray/gain_fit.hpp"
 #include "compare/gray/gray_noise.hpp"
+#include "compare/parameters/grid_view.hpp"
+#include "compare/parameters/parameter.hpp"
 #include "compare/result/own_kinds.hpp"
 
 namespace fringetwin::compare {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <span>
 
-#include "compare/parameters/closed_columns.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"
+#include "compare/parameters/closed_columns.hpp"
 #include "compare/refine/refine.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"

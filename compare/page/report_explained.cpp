@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "compare/causes/causes.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_parts.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/pattern/pattern.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/map.hpp"

@@ -9,10 +9,10 @@
 #include <cmath>
 #include <iterator>
 
-#include "compare/parameters/closed_columns.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/gray/gray_pair.hpp"
 #include "compare/gray/interior_mask.hpp"
+#include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
@@ -37,9 +37,9 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 }
 
 /// A device's or an object's name alone asks for all of it but these groups, and what no key holds.
-constexpr std::array kByThemselves{"size",      "specular",        "intrinsics",      "motion",
-                                   "timing",    "projector_field", "blur_field",      "camera_knee",
-                                   "halo",      "camera_response", "harmonics_field", "harmonics_high",
+constexpr std::array kByThemselves{"size",       "specular",        "intrinsics",      "motion",
+                                   "timing",     "projector_field", "blur_field",      "camera_knee",
+                                   "halo",       "camera_response", "harmonics_field", "harmonics_high",
                                    "subsurface", "roughness"};
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;

@@ -14,8 +14,8 @@
 #include <cmath>
 
 #include "compare/causes/group_fit.hpp"
-#include "compare/parameters/parameters.hpp"
 #include "compare/causes/sensitivity.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "compare/refine/refine_start.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/compare/planted_samples.hpp"
