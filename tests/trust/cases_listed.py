@@ -350,6 +350,14 @@ def phong(specular):
     return plant
 
 
+def wider_lobe(specular, shininess):
+    """Rig and twin know of the gloss; the rig's lobe is that of an exponent, the twin's that of the usual one."""
+    def plant(rig, twin, random):
+        rig.specular = twin.specular = specular
+        rig.shininess = shininess
+    return plant
+
+
 def below(mean_free_path_mm):
     def plant(rig, twin, random):
         rig.mean_free_path_mm = mean_free_path_mm
@@ -391,6 +399,12 @@ listed("specular", "Phong's lobe of 0.04 on the sphere is not in the twin", phon
        **VARIES)
 listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin", phong(0.008), BALL,
        "specular " + PER_PIXEL, gain=False)
+listed("lobe_wider", "Phong's lobe of 0.04 on the sphere, of the exponent 6, in the twin of 10", wider_lobe(0.04, 6.0), BALL,
+       "roughness", gain=False)
+listed("lobe_narrower", "two cameras, Phong's lobe of 0.05 on sphere and wall, of the exponent 20, in the twin of 10",
+       wider_lobe(0.05, 20.0), TWO, "roughness", verdict=GRAY)
+add_case("lobe_refined", "light", "Phong's lobe of 0.04 on the sphere, of the exponent 6, in the twin of 10; `--refine roughness`",
+         wider_lobe(0.04, 6.0), BALL, expect="explained", refine="roughness", values={"ball.shininess": 6.0})
 listed("subsurface_ball", "light goes 0.5 mm below the sphere's surface", below(0.5), BALL, "subsurface", verdict=GRAY,
        values={"ball.mean_free_path_mm": 0.5})
 listed("subsurface_small", "light goes 0.05 mm below the sphere's surface", below(0.05), BALL, "subsurface", gain=False)

@@ -60,6 +60,8 @@ def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
         lines += [f"{key} = {numbers(thing[key])}"
                   for key in ("center_mm", "radius_mm", "point_mm", "normal", "rt_world_object") if key in thing]
         lines += ["[object.material]", f'diffuse = {thing["albedo"]}']
+        if twin.specular:
+            lines += [f"specular = {twin.specular}", f"shininess = {twin.shininess}"]
     if twin.lamp:
         lines += ["[room]", f"lamp = {numbers(twin.lamp[0] * twin.lamp[1])}"]
     if twin.bounces:

@@ -47,7 +47,8 @@ def truths(rig, twin, values):
     for thing in twin.things:
         true = next((t for t in rig.things if t["name"] == thing["name"]), None)
         if true and true["shape"] in shapes:
-            out |= shapes[true["shape"]](true, thing) | {true["name"] + ".specular": rig.specular}
+            out |= shapes[true["shape"]](true, thing) | {
+                true["name"] + ".specular": rig.specular, true["name"] + ".shininess": rig.shininess}
     if rig.projector_response and "projector.gamma" not in values:
         out.pop("projector.gamma")
     return out | values
