@@ -52,6 +52,12 @@ std::vector<Way> all_ways() {
        [](Twin& t) { t.objects.at(1).material.specular = 0.125; }},
       {"subsurface light", "of the second object alone",
        [](Twin& t) { t.objects.at(1).material.mean_free_path_mm = 0.5; }},
+      {"glossy interreflection", "of the second object alone",
+       [](Twin& t) {
+         t.objects.at(1).material.specular = 0.125;
+         t.render.bounces = 1;
+         t.render.glossy_bounces = true;
+       }},
       {"projector response", "gamma",
        [](Twin& t) {
          t.projector->response = {ProjectorResponse::Kind::gamma, 2.25, {}};

@@ -446,6 +446,7 @@ Twin everything() {
   }
   twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   twin.render.bounces = 1;
+  twin.render.glossy_bounces = true;
   give_light_factors(twin);
   p.image_shifts_px.assign(12, 0.1);
   std::get<PlaneShape>(twin.objects[1].shape).albedo_map = std::make_shared<ImageF>(2, 2, 0.5F);
@@ -461,8 +462,11 @@ TEST(Effects, EachSwitchActsOnItsOwnEffectOnly) {
     if (!effect.is_on(full)) continue;
     Twin without = full;
     effect.switch_off(without);
-    const auto goes_with = [&](const Effect& other) {  // a halo is what goes beyond the blur
-      return other.name == effect.name || (effect.name == "projector blur" && other.name == "halo");
+    // a halo is what goes beyond the blur, and lobes send light from surface to surface only where both are
+    const auto goes_with = [&](const Effect& other) {
+      return other.name == effect.name || (effect.name == "projector blur" && other.name == "halo") ||
+             ((effect.name == "interreflection" || effect.name == "specular lobe") &&
+              other.name == "glossy interreflection");
     };
     for (const Effect& other : effects())
       EXPECT_EQ(other.is_on(without), other.is_on(full) && !goes_with(other))

@@ -74,7 +74,7 @@ TEST_F(TwinFileErrors, UnknownKeysNameTheNearest) {
   EXPECT_THAT(
       error(kMinimal + "[render]\ntemperature = 3\n", "temperature"),
       HasSubstr("known keys: pixel_fill, phase_error_rad, gray_error, samples, sampler, shadow, bounces, "
-                "bounce_samples"));
+                "bounce_samples, glossy_bounces"));
 }
 
 TEST_F(TwinFileErrors, TypesAndRangesOfEveryNumber) {

@@ -327,6 +327,10 @@ TEST_F(TwinFile, Bounces) {
   const RenderOptions r = load(kMinimal + "[render]\nbounces = 1\nbounce_samples = 16\n").render;
   EXPECT_EQ(r.bounces, 1);
   EXPECT_EQ(r.bounce_samples, 16);
+  EXPECT_FALSE(r.glossy_bounces);
+  EXPECT_TRUE(load(kMinimal + "[render]\nbounces = 1\nglossy_bounces = true\n").render.glossy_bounces);
+  EXPECT_THAT(error(kMinimal + "[render]\nglossy_bounces = true\n", "glossy_bounces"),
+              HasSubstr("has no effect without bounces"));
   EXPECT_EQ(load(kMinimal + "[render]\nbounces = 5\n").render.bounces, 5);
   EXPECT_EQ(load(kMinimal + "[render]\nbounces = \"all\"\n").render.bounces, kAllBounces);
   EXPECT_THAT(error(kMinimal + "[render]\nbounces = 101\n", "bounces"),
