@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "render/base/quadrature.hpp"
+#include "render/reference/reference_directions.hpp"
 #include "render/reference/reference_exposure.hpp"
 #include "render/reference/reference_material.hpp"
 #include "render/reference/reference_pattern.hpp"
@@ -25,32 +26,6 @@ namespace fringetwin::render {
 namespace {
 
 using std::numbers::pi;
-
-// What a pixel raster lights at q: response, then the Gaussian blur of its square pixels.
-double shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
-  const double sigma = std::sqrt(projector.blur_variance_px2(q_px));
-  const auto shown = [&](double x, double y) {
-    double level = image_level(levels, x, y);
-    if (projector.quantise_bits) {
-      const double most = std::exp2(*projector.quantise_bits) - 1.0;
-      level = std::round(level * most) / most;
-    }
-    return projector.response(level);
-  };
-  if (sigma == 0.0) return shown(q_px.x(), q_px.y());
-  const auto share = [sigma](double from_center) {
-    const double scale = 1.0 / (sigma * std::numbers::sqrt2);
-    return 0.5 * (std::erf((from_center + 0.5) * scale) - std::erf((from_center - 0.5) * scale));
-  };
-  const long reach = static_cast<long>(std::ceil(8.5 * sigma)) + 1;
-  const long column = std::lround(q_px.x()), row = std::lround(q_px.y());
-  double sum = 0.0;
-  for (long y = row - reach; y <= row + reach; ++y)
-    for (long x = column - reach; x <= column + reach; ++x)
-      sum += share(q_px.x() - static_cast<double>(x)) * share(q_px.y() - static_cast<double>(y)) *
-             shown(static_cast<double>(x), static_cast<double>(y));
-  return sum;
-}
 
 // Nodes (offset px, weight) along one axis of what a pixel gathers: its square, or with a point spread
 // function the square widened by it, cell by cell of one pixel.
@@ -73,29 +48,10 @@ std::vector<std::pair<double, double>> footprint(int gauss_n, double fill, doubl
   return nodes;
 }
 
-// Returns a normal or its opposite, whichever lies on a side.
-Eigen::Vector3d on_side(const Eigen::Vector3d& normal, const Eigen::Vector3d& side) {
-  return normal.dot(side) < 0.0 ? Eigen::Vector3d(-normal) : normal;
-}
-
 // Returns the projector's axis along which a pattern changes.
 Eigen::Vector2d unit_vector(Axis axis) {
   return axis == Axis::x ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY();
 }
-
-/// Directions over the hemisphere around the side of a shading normal that a geometric normal faces, by the
-/// cosine: sin^2 of the polar angle is uniform.
-class Hemisphere {
- public:
-  Hemisphere(const Eigen::Vector3d& shading, const Eigen::Vector3d& normal)
-      : N_(on_side(shading, normal)), T_(N_.unitOrthogonal()), B_(N_.cross(T_)) {}
-  Eigen::Vector3d direction(double sine2, double angle) const {
-    return std::sqrt(sine2) * (std::cos(angle) * T_ + std::sin(angle) * B_) + std::sqrt(1.0 - sine2) * N_;
-  }
-
- private:
-  Eigen::Vector3d N_, T_, B_;
-};
 
 // Of any ray of a device, from the world origin.
 double farthest_start_mm(const Twin& twin) {
@@ -125,11 +81,12 @@ struct Reference::Impl {
   void gather(const SceneHit& hit, const ReferenceQuadrature& quadrature, PixelSample& sample) const;
   void gather_by_lobe(const Eigen::Vector3d& to_viewer, const SceneHit& hit,
                       const ReferenceQuadrature& quadrature, PixelSample& sample) const;
-  void add_from(const Eigen::Vector3d& direction, double share, int paths, PixelSample& sample) const;
+  void add_from(const Eigen::Vector3d& direction, double share, const ReferenceQuadrature& quadrature,
+                PixelSample& sample) const;
   static void add_seen(const PixelSample& at, double share, PixelSample& sample);
   std::optional<SceneHit> look_from(const Eigen::Vector3d& direction, PixelSample& at) const;
-  void follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
-                   PixelSample& sample) const;
+  void follow_back(const SceneHit& hit, const PixelSample& from, Eigen::Vector3d to_viewer, double share,
+                   const ReferenceQuadrature& quadrature, PixelSample& sample) const;
   void add_light(const IndirectLight& light, ReferencePixel& pixel) const;
   PixelSample trace(const Ray& ray, const ReferenceQuadrature* quadrature = nullptr) const;
   void add(const PixelSample& s, double weight, ReferencePixel& pixel) const;
@@ -180,19 +137,12 @@ void Reference::Impl::light(const Ray& ray, const SceneHit& hit, bool lobe, Pixe
   const Eigen::Vector3d N = on_side(hit.shading, sample.normal_world);
   const double cosine = N.dot(L);
   if (cosine <= 0.0) return;
-  const Material& material = twin.objects[hit.object].material;
   const double falloff =
       projector.inverse_square ? std::pow(projector.reference_distance_mm / distance, 2) : 1.0;
-  double reflected = material.diffuse * hit.albedo / pi * cosine;
-  const bool ggx = material.specular_model == Material::Specular::ggx;
-  if (lobe && material.specular > 0.0 && ggx)
-    reflected += reference_ggx(N, L, -ray.direction, material.specular, material.roughness) * cosine;
-  if (lobe && material.specular > 0.0 && !ggx) {
-    const Eigen::Vector3d mirror = 2.0 * cosine * N - L;
-    reflected += material.specular * std::pow(std::max(0.0, -mirror.dot(ray.direction)), material.shininess);
-  }
-  sample.weight = projector.intensity * falloff * reflected * reference_pixel_gaps(projector, *q) *
-                  reference_light_field(projector, *q);
+  sample.weight =
+      projector.intensity * falloff *
+      reference_reflected(twin.objects[hit.object].material, hit.albedo, N, L, -ray.direction, lobe) *
+      reference_pixel_gaps(projector, *q) * reference_light_field(projector, *q);
   sample.defocus_px = reference_defocus_px(projector, (projector.T_proj_world * sample.point_world_mm).z());
 }
 
@@ -249,8 +199,8 @@ void Reference::Impl::gather(const SceneHit& hit, const ReferenceQuadrature& qua
   for (int i = 0; i < bounce_n; ++i)
     for (int k = 0; k < 2 * bounce_n; ++k) {
       const double share = 0.5 * rule.weights[i] / (2.0 * bounce_n) * diffuse;
-      add_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), share,
-               quadrature.paths, sample);
+      add_from(hemisphere.direction(0.5 + 0.5 * rule.nodes[i], pi * (k + 0.5) / bounce_n), share, quadrature,
+               sample);
     }
 }
 
@@ -282,18 +232,18 @@ void Reference::Impl::gather_by_lobe(const Eigen::Vector3d& to_viewer, const Sce
       const double share = ggx ? reference_ggx(N, L, to_viewer, material.specular, material.roughness) *
                                      cos_l * 4.0 * H.dot(to_viewer) / (D * N.dot(H))
                                : material.specular * 2.0 * pi / (material.shininess + 1.0);
-      add_from(L, weight * share, quadrature.paths, sample);
+      add_from(L, weight * share, quadrature, sample);
     }
 }
 
 // Adds a share of what a place gets along a direction.
-void Reference::Impl::add_from(const Eigen::Vector3d& direction, double share, int paths,
-                               PixelSample& sample) const {
+void Reference::Impl::add_from(const Eigen::Vector3d& direction, double share,
+                               const ReferenceQuadrature& quadrature, PixelSample& sample) const {
   PixelSample at{.point_world_mm = sample.point_world_mm, .normal_world = sample.normal_world};
   const auto other = look_from(direction, at);
   if (!other) return;
   add_seen(at, share, sample);
-  if (twin.render.bounces > 1) follow_back(*other, at, share, paths, sample);
+  if (twin.render.bounces > 1) follow_back(*other, at, -direction, share, quadrature, sample);
 }
 
 // Adds a share of what a place sends to the light that reaches a sample over it.
@@ -319,9 +269,12 @@ std::optional<SceneHit> Reference::Impl::look_from(const Eigen::Vector3d& direct
 
 // Light that came over more surfaces, by paths at random from a place of the one before: the mean over paths
 // is that of all light. Nothing of the renderer's cells. The first directions lie in rings of equal share.
-void Reference::Impl::follow_back(const SceneHit& hit, const PixelSample& from, double share, int paths,
+void Reference::Impl::follow_back(const SceneHit& hit, const PixelSample& from, Eigen::Vector3d to_viewer,
+                                  double share, const ReferenceQuadrature& quadrature,
                                   PixelSample& sample) const {
   constexpr double kNothingLeft = 1e-6;
+  const int paths = quadrature.paths;
+  const Eigen::Vector3d first_viewer = to_viewer;
   std::array<std::uint64_t, 3> place{};
   std::memcpy(place.data(), from.point_world_mm.data(), sizeof(place));
   std::mt19937_64 random(place[0] ^ (place[1] * 31) ^ (place[2] * 1009));
@@ -330,16 +283,22 @@ void Reference::Impl::follow_back(const SceneHit& hit, const PixelSample& from, 
     SceneHit last = hit;
     PixelSample at{.point_world_mm = from.point_world_mm, .normal_world = from.normal_world};
     double left = 1.0;
+    to_viewer = first_viewer;
     for (int k = 1; k < twin.render.bounces; ++k) {
-      left *= twin.objects[last.object].material.diffuse * last.albedo;
-      if (!(left > kNothingLeft)) break;
       const Hemisphere hemisphere(last.shading, at.normal_world);
       const double sine2 = k == 1 ? (path + uniform(random)) / paths : uniform(random),
                    angle = 2.0 * pi * uniform(random);
-      const auto next = look_from(hemisphere.direction(sine2, angle), at);
+      const Eigen::Vector3d direction = hemisphere.direction(sine2, angle);
+      const Eigen::Vector3d N = on_side(last.shading, at.normal_world);
+      left *= pi / N.dot(direction) *
+              reference_reflected(twin.objects[last.object].material, last.albedo, N, direction, to_viewer,
+                                  quadrature.middle_lobes);
+      if (!(left > kNothingLeft)) break;
+      const auto next = look_from(direction, at);
       if (!next) break;
       add_seen(at, share / paths * left, sample);
       last = *next;
+      to_viewer = -direction;
     }
   }
 }
@@ -404,7 +363,7 @@ void Reference::Impl::add_light(const IndirectLight& s, ReferencePixel& pixel) c
     if (sequence[i].is_image()) {
       const auto k = static_cast<std::size_t>(sequence[i].image);
       pixel.irradiance[i] +=
-          now * shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
+          now * reference_shown_level(*twin.projector, *twin.fringes.images.at(k).levels, s.projector_px);
       continue;
     }
     if (!s.below) {

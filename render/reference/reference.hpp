@@ -43,6 +43,9 @@ struct ReferenceQuadrature {
   int lens_spokes = 12;
   int bounce_n = 16;  ///< with bounces: n x 2n directions over the hemisphere (Gauss in sin^2, equal angles)
   int paths = 1;      ///< with more than one bounce: paths at random from what each direction meets
+  /// Glossy bounces leave surfaces in the middle of a path by their lobes, too, which the renderer does not
+  /// have.
+  bool middle_lobes = false;
 };
 
 /// Per-pixel truth over a quadrature rule.

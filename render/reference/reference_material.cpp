@@ -28,6 +28,16 @@ double reference_ggx(const Eigen::Vector3d& N, const Eigen::Vector3d& L, const E
   return F * D * smith_g1(cos_l, alpha) * smith_g1(cos_v, alpha) / (4.0 * cos_l * cos_v);
 }
 
+double reference_reflected(const Material& material, double albedo, const Eigen::Vector3d& N,
+                           const Eigen::Vector3d& L, const Eigen::Vector3d& V, bool lobe) {
+  const double cosine = N.dot(L), diffuse = material.diffuse * albedo / std::numbers::pi * cosine;
+  if (!lobe || material.specular == 0.0) return diffuse;
+  if (material.specular_model == Material::Specular::ggx)
+    return diffuse + reference_ggx(N, L, V, material.specular, material.roughness) * cosine;
+  const double mirrored = (2.0 * cosine * N - L).dot(V);
+  return diffuse + material.specular * std::pow(std::max(0.0, mirrored), material.shininess);
+}
+
 double reference_vignetting(const Camera& camera, const Eigen::Vector2d& q_px) {
   switch (camera.vignetting.kind) {
     case Vignetting::Kind::none:

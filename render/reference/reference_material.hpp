@@ -12,6 +12,11 @@ namespace fringetwin::render {
 double reference_ggx(const Eigen::Vector3d& N, const Eigen::Vector3d& L, const Eigen::Vector3d& V,
                      double reflectance, double roughness);
 
+/// What of the radiance that comes along -L a surface of this albedo sends along V, per steradian, the cosine
+/// included. `lobe`: with what its lobe reflects.
+double reference_reflected(const Material& material, double albedo, const Eigen::Vector3d& N,
+                           const Eigen::Vector3d& L, const Eigen::Vector3d& V, bool lobe);
+
 /// The camera lens's loss of light at a point of the image, 1 without vignetting.
 double reference_vignetting(const Camera& camera, const Eigen::Vector2d& q_px);
 

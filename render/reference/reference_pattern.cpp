@@ -78,6 +78,31 @@ double reference_light_field(const Projector& projector, const Eigen::Vector2d& 
   return std::exp(ln);
 }
 
+double reference_shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px) {
+  const double sigma = std::sqrt(projector.blur_variance_px2(q_px));
+  const auto shown = [&](double x, double y) {
+    double level = image_level(levels, x, y);
+    if (projector.quantise_bits) {
+      const double most = std::exp2(*projector.quantise_bits) - 1.0;
+      level = std::round(level * most) / most;
+    }
+    return projector.response(level);
+  };
+  if (sigma == 0.0) return shown(q_px.x(), q_px.y());
+  const auto share = [sigma](double from_center) {
+    const double scale = 1.0 / (sigma * std::numbers::sqrt2);
+    return 0.5 * (std::erf((from_center + 0.5) * scale) - std::erf((from_center - 0.5) * scale));
+  };
+  const long reach = static_cast<long>(std::ceil(8.5 * sigma)) + 1;
+  const long column = std::lround(q_px.x()), row = std::lround(q_px.y());
+  double sum = 0.0;
+  for (long y = row - reach; y <= row + reach; ++y)
+    for (long x = column - reach; x <= column + reach; ++x)
+      sum += share(q_px.x() - static_cast<double>(x)) * share(q_px.y() - static_cast<double>(y)) *
+             shown(static_cast<double>(x), static_cast<double>(y));
+  return sum;
+}
+
 ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px)
     : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern), shift_px_(shift_px) {
   const DirectionFringes& d = fringes_.directions.at(spec_.direction);

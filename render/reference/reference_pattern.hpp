@@ -20,6 +20,9 @@ double reference_pixel_gaps(const Projector& projector, const Eigen::Vector2d& q
 /// Factor of everything projected at q by the field of the projector's light; 1 without it.
 double reference_light_field(const Projector& projector, const Eigen::Vector2d& q_px);
 
+/// What a pixel raster of these levels lights at q: response, then the Gaussian blur of its square pixels.
+double reference_shown_level(const Projector& projector, const ImageF& levels, const Eigen::Vector2d& q_px);
+
 /// One image of the sequence, without the factors of gaps and field.
 class ReferencePattern {
  public:

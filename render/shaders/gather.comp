@@ -66,7 +66,7 @@ void main() {
     hit.n_geometric = texelFetch(gather_points, 3 * int(slot) + 2).xyz;
     hit.primitive = BY_LOBE != 0 ? int(texelFetch(gather_points, 3 * int(slot) + 2).w) : 0;
     hit.material = texelFetch(material_data, hit.primitive).xyz;
-    seed = hash(uint(place.w) + hash(params.sampling_n.w));
+    seed = hash(uint(place.w) + hash(params.sampling_n.w)) + (BY_LOBE != 0 ? 8u : 0u);
   }
 
   float mean = 0.0, first_half = 0.0;

@@ -156,6 +156,23 @@ TEST(Gloss, OverAnyNumberOfSurfacesAgreesWithTheReference) {
   expect_truth("GGX 0.4, all", twin, kBlock, 2e-3, 1e-3);
 }
 
+// What is left out: lobes in the middle of a path, of light that has come over a surface already.
+TEST(Gloss, WithoutLobesInTheMiddleOfAPathIsNearThatWithThem) {
+  REQUIRE_RENDERER();
+  Twin twin = shiny_groove(ggx(0.5, 0.2, 0.4), ggx(0.5, 0.2, 0.4));
+  twin.render.bounces = kAllBounces;
+  twin.render.bounce_samples = 4096;
+  const auto truth = reference_block(render::Reference(twin), 0, kBlock,
+                                     {.gauss_n = 2, .bounce_n = 96, .paths = 2, .middle_lobes = true});
+  const Differences d =
+      differences(twin, shared_renderer()->trace(twin, 0, render::choose_sampling(twin)), truth);
+  std::cout << "lobes in the middle left out: phase " << d.phase_rad.rms() << " rad rms, gray "
+            << d.gray.mean() << " (mean), " << d.gray.rms() << " of full scale\n";
+  EXPECT_LT(d.gray.mean(), 0.0);  // it is less light
+  EXPECT_LE(d.phase_rad.rms(), 0.02);
+  EXPECT_LE(d.gray.rms(), 0.03);
+}
+
 // The ball's rim mirrors the projector to the wall at grazing angles, from places that few directions meet.
 TEST(Gloss, OfABallAgreesWithTheReference) {
   REQUIRE_RENDERER();
