@@ -402,7 +402,7 @@ listed("specular_small", "Phong's lobe of 0.008 on the sphere is not in the twin
 listed("lobe_wider", "Phong's lobe of 0.04 on the sphere, of the exponent 6, in the twin of 10", wider_lobe(0.04, 6.0), BALL,
        "roughness", gain=False)
 listed("lobe_narrower", "two cameras, Phong's lobe of 0.05 on sphere and wall, of the exponent 20, in the twin of 10",
-       wider_lobe(0.05, 20.0), TWO, "roughness", verdict=GRAY)
+       wider_lobe(0.05, 20.0), TWO, "roughness", **VARIES)
 add_case("lobe_refined", "light", "Phong's lobe of 0.04 on the sphere, of the exponent 6, in the twin of 10; `--refine roughness`",
          wider_lobe(0.04, 6.0), BALL, expect="explained", refine="roughness", values={"ball.shininess": 6.0})
 listed("subsurface_ball", "light goes 0.5 mm below the sphere's surface", below(0.5), BALL, "subsurface", verdict=GRAY,
