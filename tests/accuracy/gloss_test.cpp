@@ -9,6 +9,7 @@
 // |                |                    | interpolated (light_lattice.hpp), beside as much direct light  |
 // | 3e-3, 0.25 %   | phase, full scale  | around a ball: places whose mirrored light is not found        |
 // | 0.1 %          | full scale rms     | gray values of the grooves                                     |
+// | 5e-3, 0.4 %    | phase, full scale  | twice what lobes in the middle of paths make, which are left out |
 // | 2 x the stated | phase, gray        | 256 directions (kBrighter)                                     |
 #include <gtest/gtest.h>
 
@@ -169,8 +170,8 @@ TEST(Gloss, WithoutLobesInTheMiddleOfAPathIsNearThatWithThem) {
   std::cout << "lobes in the middle left out: phase " << d.phase_rad.rms() << " rad rms, gray "
             << d.gray.mean() << " (mean), " << d.gray.rms() << " of full scale\n";
   EXPECT_LT(d.gray.mean(), 0.0);  // it is less light
-  EXPECT_LE(d.phase_rad.rms(), 0.02);
-  EXPECT_LE(d.gray.rms(), 0.03);
+  EXPECT_LE(d.phase_rad.rms(), 5e-3);
+  EXPECT_LE(d.gray.rms(), 4e-3);
 }
 
 // The ball's rim mirrors the projector to the wall at grazing angles, from places that few directions meet.
