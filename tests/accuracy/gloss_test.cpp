@@ -219,7 +219,28 @@ TEST(Gloss, OfAMeshIsThatOfItsPlane) {
   EXPECT_LE(light.rms(), 0.01);
 }
 
-TEST(Gloss, OffIsTheSameBits) {
+// The ball's back gets mirrored light of the wall behind it, on places that face away from the camera, and
+// sends it back; and light that goes below the mirror's surface is not what its lobe reflects.
+TEST(Gloss, OverPlacesThatFaceAwayAndBelowAMirrorAgreesWithTheReference) {
+  REQUIRE_RENDERER();
+  Twin twin = rig_before(300.0);
+  twin.render.bounces = kAllBounces;
+  twin.render.glossy_bounces = true;
+  twin = with_object(twin, "ball", SphereShape{.center_mm = {2.0, -1.0, 290.0}, .radius_mm = 19.0},
+                     {.diffuse = 0.8, .specular = 0.0});
+  twin = with_object(twin, "wall",
+                     PlaneShape{.point_mm = {0, 0, 318},
+                                .normal = Vector3d(0.05, -0.08, -1).normalized(),
+                                .size_mm = {},
+                                .u_axis = {1, 0, 0}},
+                     ggx(0.3, 0.6, 0.3));
+  expect_truth("ball before a mirror", twin, {10, 10, 140, 100, 17}, 3e-3, 2.5e-3);
+  Twin waxy = shiny_groove({.diffuse = 0.5, .specular = 0.0}, ggx(0.5, 0.3, 0.3));
+  waxy.objects[1].material.mean_free_path_mm = 2.0;
+  expect_truth("waxy mirror", waxy, kBlock, 1e-3, 1e-3);
+}
+
+TEST(Gloss, WithoutALobeIsTheSameBits) {
   REQUIRE_RENDERER();
   Twin twin = shiny_groove({.diffuse = 0.5, .specular = 0.0}, {.diffuse = 0.5, .specular = 0.0});
   Twin off = twin;
