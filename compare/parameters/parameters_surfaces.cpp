@@ -71,14 +71,14 @@ class SurfaceParameters : private GroupList {
       if (material.specular_model == Material::Specular::ggx) {
         Parameter& p = add(twin_.objects[k].name + ".roughness", "", material.roughness, 0.02,
                            [k](Twin& t, double d) { t.objects[k].material.roughness += d; });
-        p.smallest = kSmoothest;
+        p.smallest = std::min(kSmoothest, p.start);
         p.largest = 1.0;
       } else {
         Parameter& p =
             add(twin_.objects[k].name + ".shininess", "", material.shininess, 0.05 * material.shininess,
                 [k](Twin& t, double d) { t.objects[k].material.shininess += d; });
-        p.smallest = kLeastShininess;
-        p.largest = kMostShininess;
+        p.smallest = std::min(kLeastShininess, p.start);
+        p.largest = std::max(kMostShininess, p.start);
       }
     }
   }

@@ -153,7 +153,8 @@ class Refiner {
     const Twin as_written = twin_;
     const Eigen::VectorXd begin = values_to_begin_at();
     Twin scattering = twin_;
-    if (!switches_.empty()) scattering.render.bounces = kAllBounces;
+    for (const Parameter& p : switches_)
+      if (p.start < 0.5) p.change(scattering, 1.0);
     sensitivity_.add_scatter_of(scattering);
     sensitivity_.choose_scale(twin_);
     const std::vector<double> scale = sensitivity_.scale();

@@ -11,16 +11,12 @@ constexpr std::size_t kPlaces = 256;           // that are uploaded, at most
 constexpr std::size_t kPlacesThatLook = 1024;  // for what the camera does not see, too
 constexpr std::size_t kDirections = 32;
 
-bool is_shiny(const gpu::vec4& material) { return material.y > 0.0F; }
-
-// Returns whether a lobe is so narrow that directions over the hemisphere hardly meet it.
-bool has_narrow_lobe(const PackedScene& scene) {
-  constexpr float kWideAlpha = 0.2F;  // GGX's alpha: 1/6 of the hemisphere's directions
-  return std::ranges::any_of(scene.materials, [](const gpu::vec4& m) {
-    const float alpha =
-        m.z < 0.0F ? -m.z : 1.0F / std::sqrt(2.0F * std::max(m.z, 0.5F));  // as mirror_way.glsl
-    return is_shiny(m) && alpha < kWideAlpha;
-  });
+// Returns whether a material has a lobe so narrow that directions over the hemisphere hardly meet it.
+bool has_narrow_lobe(const gpu::vec4& material) {
+  constexpr float kWideAlpha = 0.2F;  // GGX's: 1/6 of the hemisphere's directions
+  const float z = material.z,
+              alpha = z < 0.0F ? -z : 1.0F / std::sqrt(2.0F * std::max(z, 0.5F));  // as mirror_way.glsl
+  return material.y > 0.0F && alpha < kWideAlpha;
 }
 
 // Returns at most so many of some places, from all over them: by the golden ratio, as steps could follow the
@@ -55,12 +51,12 @@ std::vector<SurfacePlace> met_from(TraceDevice& device, const TraceJob& job,
 
 std::uint32_t upload_mirrors(TraceDevice& device, const TraceJob& job,
                              const std::vector<SurfacePlace>& seen) {
-  if (!is_glossy(job) || !has_narrow_lobe(job.scene)) return 0;
+  if (!is_glossy(job) || std::ranges::none_of(job.scene.materials, has_narrow_lobe)) return 0;
   const auto shiny_of = [&](const std::vector<SurfacePlace>& places) {
     std::vector<SurfacePlace> shiny;
     std::ranges::copy_if(places, std::back_inserter(shiny), [&](const SurfacePlace& place) {
       return place.primitive >= 0.0F &&
-             is_shiny(job.scene.materials[static_cast<std::size_t>(place.primitive)]);
+             has_narrow_lobe(job.scene.materials[static_cast<std::size_t>(place.primitive)]);
     });
     return shiny;
   };

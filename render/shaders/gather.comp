@@ -94,23 +94,27 @@ void main() {
     float share = 1.0 / float(n), of_lobe = share;
     if (BY_LOBE != 0) d = lobe_direction(v, hit, eye, t, b);
     if (GLOSSY != 0) {
-      if (of_way) d = along_way(v, mirrored[way]);
+      bool there = !of_way || mirrored[way].alpha > 0.0;  // a way that was not found takes nothing
+      if (of_way) d = there ? along_way(v, mirrored[way]) : hit.n;
       vec2 taken = BY_LOBE != 0 ? lobe_and_density(d, hit, eye) : vec2(max(dot(d, hit.n), 0.0) / PI);
       float of_base = float(n) * taken.y, density = of_base;
       for (int w = 0; w < N_WAYS; ++w) density += float(push.n_of_way) * way_density(d, mirrored[w]);
       // lobes' light counts with all directions that could have taken it, other light with these alone
       share = of_way || taken.x == 0.0 ? 0.0 : taken.x / max(of_base, 1e-12);
-      of_lobe = taken.x == 0.0 ? 0.0 : taken.x / max(density, 1e-12);
-      if (of_way || BY_LOBE != 0) steradian = 2.0 / max(density, 1e-9);
+      of_lobe = taken.x == 0.0 || !there ? 0.0 : taken.x / max(density, 1e-12);
+      if (of_way || BY_LOBE != 0) steradian = min(2.0 / max(density, 1e-9), PI);
     }
     Hit other = bounce_hit(o, d);
     bool leaves = dot(d, hit.n_geometric) > 0.0, arrives = leaves && other.primitive >= 0;
     share *= arrives ? 1.0 : 0.0;
     of_lobe *= arrives ? 1.0 : 0.0;
     float before = mean, w = shade(other, real3(other.p), d, u, shadow_rays);
-    w *= GLOSSY != 0 ? mix(share, of_lobe, share_of_lobe) : share;
+    float counted = GLOSSY != 0 ? mix(share, of_lobe, share_of_lobe) : share;
+    w *= counted;
+    // of what counts, less than of all light has been below the surface, or more
+    if (SUBSURFACE != 0 && N_WAYS > 0) below.share *= counted > 0.0 ? share / counted : 0.0;
     mean += w;
-    set_spread(other, d, min(steradian, PI), u);
+    set_spread(other, d, steradian, u);
     vec2 fringes = finest_fringes(cosine, sine);
     add_patterns(w, w != 0.0 ? u : real2(0.0), cosine, sine, direct);
     if (MORE_BOUNCES != 0) add_light_of_cell(other, share * other.material.x, mean, cosine, sine, direct);

@@ -106,6 +106,8 @@ void main() {
         way = NO_WAY;
         if (by < max(alpha, SETTLED) && narrow)
           way = MirrorWay(look[0], alpha, vec4(per_look[0].x, per_look[1].x, per_look[0].y, per_look[1].y));
+      } else if (i == 0) {
+        break;  // nothing to begin with
       } else {
         step_ *= SHORTER;
       }

@@ -62,7 +62,7 @@ RenderOptions read_render(const TomlTable& root) {
     render.bounces = table->integer("bounces", 0, kMostBounces).value_or(0);
   }
   for (const char* key : {"bounce_samples", "glossy_bounces"})
-    if (table->has(key) && render.bounces == 0)
+    if (table->has(key) && !table->has("bounces"))
       table->fail(key, "has no effect without bounces", "add bounces = \"all\"");
   if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
     render.sampler = *sampler == "adaptive"         ? Sampler::adaptive

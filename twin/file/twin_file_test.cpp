@@ -331,6 +331,10 @@ TEST_F(TwinFile, Bounces) {
   EXPECT_TRUE(load(kMinimal + "[render]\nbounces = 1\nglossy_bounces = true\n").render.glossy_bounces);
   EXPECT_THAT(error(kMinimal + "[render]\nglossy_bounces = true\n", "glossy_bounces"),
               HasSubstr("has no effect without bounces"));
+  // as `--refine bounce` leaves it where it takes them away
+  EXPECT_EQ(
+      load(kMinimal + "[render]\nbounces = 0\nbounce_samples = 16\nglossy_bounces = true\n").render.bounces,
+      0);
   EXPECT_EQ(load(kMinimal + "[render]\nbounces = 5\n").render.bounces, 5);
   EXPECT_EQ(load(kMinimal + "[render]\nbounces = \"all\"\n").render.bounces, kAllBounces);
   EXPECT_THAT(error(kMinimal + "[render]\nbounces = 101\n", "bounces"),
