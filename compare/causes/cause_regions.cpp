@@ -13,8 +13,11 @@ namespace {
 
 constexpr int kSquare = 8;  ///< kept pixels: side of a region of the samples
 constexpr int kFewestInSquare = kSquare * kSquare / 4;
-constexpr double kNothingLeft = 1e-3;  ///< of a sum's weights: rounding, where a pixel's own numbers take all
-constexpr double kNoLight = 1e-9;      ///< of the irradiance: rounding, where an offset takes all
+/// Of a sum's weights, where a pixel's own numbers take the others: the rest is no longer that sum. With an
+/// offset of each pixel a fiftieth is left of the level, by the noise that differs from image to image: it
+/// follows how the gray values bend, and fails where light is off by 0.005 DN.
+constexpr double kNothingLeft = 0.1;
+constexpr double kNoLight = 1e-9;         ///< of the irradiance: rounding, where an offset takes all
 constexpr double kLeastVariance = 1e-30;  ///< DN^2, of values that are not used
 /// Places of the kinds of sums; from kImage on there is one per image.
 constexpr int kLevel = 0, kContrast = 1, kShift = 2, kImage = 3;

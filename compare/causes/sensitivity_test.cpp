@@ -387,6 +387,24 @@ TEST(Sensitivity, RegionsAddUpWhatIsOffInAPixelAsAWholeOverItsImagesNotOverPixel
   EXPECT_NEAR(scattered.regions()[0].chi2, 1.0 + 53'084.0 / 11'520.0, 0.6);
 }
 
+TEST(Sensitivity, WithAnOffsetOfEachPixelNoLevelIsTold) {
+  ScatteredFringes bent(0.0);
+  for (std::size_t i = 0; i < bent.samples.weight.size();
+       ++i) {  // noise of photons, and a response that bends
+    const auto dn = static_cast<double>(bent.samples.real_dn[i]);
+    bent.samples.weight[i] = static_cast<float>(1.0 / std::sqrt(9.0 + dn / 2.0));
+    bent.samples.real_dn[i] += static_cast<float>(1e-3 * dn * dn);
+  }
+  for (const FreePerPixel free : {FreePerPixel::offset, FreePerPixel::factor_and_offset}) {
+    const std::vector<CauseRegion> regions =
+        cause_regions(Sensitivity(renderer(), {bent.samples}), bent.fringes, bent.predicted, free);
+    EXPECT_EQ(regions[0].kind, std::string("level"));
+    EXPECT_EQ(regions[0].n, 0) << "an offset is a level";
+    EXPECT_GT(regions[2].n, 1000) << "of the shift, which no number of a pixel takes";
+    EXPECT_EQ(regions[1].n > 1000, free == FreePerPixel::offset) << "a factor takes the contrast";
+  }
+}
+
 TEST(Sensitivity, StandardErrorsAreThoseOfTheNormalEquations) {
   NormalEquations e{Eigen::MatrixXd(3, 3), Eigen::VectorXd(3), 100.0, 50, 1};
   e.normal << 4, 1, 0, 1, 9, 0, 0, 0, 16;
