@@ -13,11 +13,8 @@ namespace {
 
 constexpr int kSquare = 8;  ///< kept pixels: side of a region of the samples
 constexpr int kFewestInSquare = kSquare * kSquare / 4;
-/// Of a sum's weights, where a pixel's own numbers take the others: the rest is no longer that sum. With an
-/// offset of each pixel a fiftieth is left of the level, by the noise that differs from image to image: it
-/// follows how the gray values bend, and fails where light is off by 0.005 DN.
-constexpr double kNothingLeft = 0.1;
-constexpr double kNoLight = 1e-9;         ///< of the irradiance: rounding, where an offset takes all
+constexpr double kNothingLeft = 1e-3;  ///< of a sum's weights: rounding, where a pixel's own numbers take all
+constexpr double kNoLight = 1e-9;      ///< of the irradiance: rounding, where an offset takes all
 constexpr double kLeastVariance = 1e-30;  ///< DN^2, of values that are not used
 /// Places of the kinds of sums; from kImage on there is one per image.
 constexpr int kLevel = 0, kContrast = 1, kShift = 2, kImage = 3;
@@ -93,6 +90,10 @@ Eigen::MatrixXd weights_of(const PixelValues& p, const std::vector<PitchSteps>& 
   if (frees_factor(free) && factor.norm() > kNoLight * p.irradiance.norm()) project_out(factor, precision, a);
   for (Eigen::Index j = 0; j < a.cols(); ++j)
     if (a.col(j).norm() < kNothingLeft * size[j]) a.col(j).setZero();
+  // An offset is the level and a factor beside it the contrast. What the fit leaves of them, since the noise
+  // differs from image to image, is how the gray values bend: of a real relief 0.005 DN, 5 times the noise.
+  if (frees_offset(free)) a.col(kLevel).setZero();
+  if (free == FreePerPixel::factor_and_offset) a.col(kContrast).setZero();
   return a;
 }
 
