@@ -66,7 +66,10 @@ std::string pattern_map(const PatternRow& row, const PatternProfile& p, double s
       row.coordinate == "place"
           ? fmt::format("x {}…{} px, y {}…{} px", report::fixed(p.at[0], 0), report::fixed(p.at.back(), 0),
                         report::fixed(p.at_y[0], 0), report::fixed(p.at_y.back(), 0))
-          : fmt::format("phase 0…2π across, {} places of the image down, row by row",
+      : row.coordinate == "phase_by_place"
+          ? fmt::format("phase 0…2π across, {} places of the image down, row by row",
+                        report::fixed(p.at_y.back(), 0))
+          : fmt::format("phase 0…2π across, images {} … {} down", report::fixed(p.at_y[0], 0),
                         report::fixed(p.at_y.back(), 0));
   return titled_map(fmt::format("{}: {}", report::escape_html(p.camera), axes), report::map_html(map, style));
 }
@@ -84,17 +87,18 @@ std::string pattern_html(const Comparison& c) {
   std::vector<report::Plot> plots;
   std::string parts, maps;
   for (const PatternRow& row : c.causes.pattern)
-    if (row.coordinate != "place" && row.coordinate != "phase_by_place")
+    for (const PatternProfile& p : row.profile)
+      if (!p.at_y.empty()) maps += pattern_map(row, p, scale);
+  for (const PatternRow& row : c.causes.pattern)
+    if (std::ranges::all_of(row.profile, [](const PatternProfile& p) { return p.at_y.empty(); }))
       plots.push_back(pattern_plot(row, scale));
-    else
-      for (const PatternProfile& p : row.profile) maps += pattern_map(row, p, scale);
   for (const std::string& svg : report::plots_or_sentences(plots, "pattern"))
     parts += "<div class=\"map\">" + svg + "</div>";
   return table.html() + "<figure><div class=\"maps\">" + parts + maps +
          "</div><figcaption>Means of real − predicted in standard deviations of a gray value (σ): over the "
          "predicted level, the phase of the fringes (0 where they are brightest), the images, the distance "
-         "from the middle of the camera's image, the place, and the phase at places "
-         "apart.</figcaption></figure>";
+         "from the middle of the camera's image, the place, and the phase at places and "
+         "in images apart.</figcaption></figure>";
 }
 
 }  // namespace fringetwin::compare

@@ -34,9 +34,14 @@ constexpr CoordinateWords kCoordinates[] = {
     {"radius", "px", "the radius from the middle of the image", "lens or vignetting of the camera"},
     {"place", "px", "the place in the image", "surfaces or light there, see the map"},
     {"phase_by_place", "rad", "the phase of the fringes, from place to place another way",
-     "waveform of the fringes that differs over the image (harmonics_field)"}};
-constexpr std::size_t kPhase = 1, kPlace = 4, kPhaseByPlace = 5;  ///< among these
-/// Cells along each side of the image, and bins of the phase in each: a seventh harmonic is seen.
+     "waveform of the fringes that differs over the image (harmonics_field)"},
+    {"phase_by_image", "rad", "the phase of the fringes, from image to image another way",
+     "waveform of the fringes that differs from image to image, as where an exposure does not hold whole "
+     "frames of the projector"}};
+/// Among these; from kPhaseByPlace on those that hold the phase and another one.
+constexpr std::size_t kPhase = 1, kPlace = 4, kPhaseByPlace = 5, kPhaseByImage = 6;
+/// Cells along each side of the image, and bins of the phase in each, as in each image: a seventh harmonic is
+/// seen.
 constexpr int kPhaseCells = 4, kPhaseBins = 32;
 constexpr const char* kContrastOrShift = "contrast or shift of the fringes";
 
@@ -122,6 +127,20 @@ Bins bins_of_phase_by_place(const std::vector<LeftValue>& values) {
   return bins;
 }
 
+/// Returns the bins of a period in each image, image by image; at_y: its number in the sequence.
+Bins bins_of_phase_by_image(const std::vector<LeftValue>& values) {
+  const Bins images = bins_of_images(values), phases = bins_of_phase(values, kPhaseBins);
+  Bins bins;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    bins.of.push_back(phases.of[i] < 0 ? -1 : images.of[i] * kPhaseBins + phases.of[i]);
+  for (const double image : images.at)
+    for (const double phase_rad : phases.at) {
+      bins.at.push_back(phase_rad);
+      bins.at_y.push_back(image);
+    }
+  return bins;
+}
+
 Bins bins_of(std::size_t coordinate, const LeftOver& camera) {
   std::vector<float> numbers;
   for (const LeftValue& v : camera.values)
@@ -133,6 +152,7 @@ Bins bins_of(std::size_t coordinate, const LeftOver& camera) {
          : coordinate == 2             ? bins_of_images(camera.values)
          : coordinate == kPlace        ? bins_of_place(camera.values, kCells)
          : coordinate == kPhaseByPlace ? bins_of_phase_by_place(camera.values)
+         : coordinate == kPhaseByImage ? bins_of_phase_by_image(camera.values)
                                        : bins_of_equal_count(numbers);
 }
 
@@ -254,7 +274,7 @@ class PatternSearch {
     sorted_[kPhase].row.harmonic = main_harmonic(sorted_[kPhase].row.profile, kPatternBins);
     int order = 1;
     while (take_best(order)) ++order;
-    take_phase_by_place(order);
+    while (take_phase_by_another(order)) ++order;
     std::vector<PatternRow> rows;
     for (SortedValues& by : sorted_) rows.push_back(std::move(by.row));
     return rows;
@@ -329,15 +349,22 @@ class PatternSearch {
     return true;
   }
 
-  /// The same of what holds the phase and the place, too, and therefore comes after both.
-  void take_phase_by_place(int order) {
-    SortedValues& by = sorted_[kPhaseByPlace];
-    const Taken taken = take_means(left_, by);
-    if (!(taken.gain >= least(kPhaseByPlace))) return;
+  /// The same of what holds the phase and the place or the image, too, and therefore comes after these.
+  bool take_phase_by_another(int order) {
+    std::size_t best = 0;
+    Taken most;
+    for (const std::size_t c : {kPhaseByPlace, kPhaseByImage})
+      if (sorted_[c].row.order == 0)
+        if (Taken taken = take_means(left_, sorted_[c]); taken.gain >= std::max(least(c), most.gain))
+          best = c, most = std::move(taken);
+    if (best == 0) return false;
+    SortedValues& by = sorted_[best];
     by.row.order = order;
-    by.row.in_order = share(taken.gain);
-    fill_profile(by.row, taken);  // without what the others have taken
+    by.row.in_order = share(most.gain);
+    fill_profile(by.row, most);  // without what the others have taken
     by.row.harmonic = main_harmonic(by.row.profile, kPhaseBins);
+    left_ = without_means(std::move(left_), by, most);
+    return true;
   }
 
   double excess_;
@@ -386,8 +413,8 @@ std::string pattern_sentence(const std::vector<PatternRow>& rows) {
     named += (order > 1 ? ", then " : "") + next;
   }
   if (named.empty())
-    return "what is left follows none of gray level, phase of the fringes (nor by place), image number, "
-           "radius and place: no pattern found";
+    return "what is left follows none of gray level, phase of the fringes (nor by place or image), image "
+           "number, radius and place: no pattern found";
   const bool is_no_place = rows[kPlace].alone < kNamedShare && rows[kPhaseByPlace].order == 0;
   return "what is left follows " + named + (is_no_place ? ", not the place" : "");
 }

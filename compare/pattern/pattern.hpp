@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Says what the gray values that a twin does not explain follow: gray level, phase of the fringes, image
-// number, radius, place, or phase from place to place (docs/metrics/causes.md, "Causes").
+// number, radius, place, or phase from place to place or from image to image (docs/metrics/causes.md,
+// "Causes").
 #pragma once
 #include <string>
 #include <vector>

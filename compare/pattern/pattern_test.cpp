@@ -74,7 +74,7 @@ const PatternRow& row_of(const std::vector<PatternRow>& rows, const std::string&
 /// Returns what is named, in order; two of the same order in that of the rows.
 std::vector<std::string> named(const std::vector<PatternRow>& rows) {
   std::vector<std::string> names;
-  for (int order = 1; order <= 5; ++order)
+  for (int order = 1; order <= 7; ++order)
     for (const PatternRow& row : rows)
       if (row.order == order) names.push_back(row.coordinate);
   return names;
@@ -185,8 +185,8 @@ TEST(Pattern, NoiseFollowsNothing) {
   EXPECT_THAT(named(rows), IsEmpty());
   EXPECT_EQ(
       pattern_sentence(rows),
-      "what is left follows none of gray level, phase of the fringes (nor by place), image number, radius "
-      "and place: no pattern found");
+      "what is left follows none of gray level, phase of the fringes (nor by place or image), image number, "
+      "radius and place: no pattern found");
 }
 
 TEST(Pattern, TwoAtOnceAreBothNamedTheLargerOneFirst) {
@@ -230,6 +230,37 @@ TEST(Pattern, PhaseThatDiffersFromPlaceToPlace) {
   EXPECT_EQ(p.at_y[32], 2.0);
   EXPECT_LT(p.mean[0], -0.5);      // the first cell is at the left, and the fringes are brightest there
   EXPECT_GT(p.mean[3 * 32], 0.5);  // the last of its row
+}
+
+// A fifth harmonic in two images of twelve, as where their exposures miss a part of the projector's frame: by
+// place and over all images it is a sixth of that.
+TEST(Pattern, PhaseThatDiffersFromImageToImage) {
+  const auto in_two_images = [](const LeftValue& v) {
+    return v.image == 5 || v.image == 10 ? 1.5 * std::cos(5.0 * static_cast<double>(v.phase_rad) + 1.0) : 0.0;
+  };
+  const LeftOver left = camera(in_two_images);
+  const auto rows = pattern_of(left);
+  EXPECT_THAT(named(rows), ElementsAre("phase_by_image"));
+  const PatternRow& row = row_of(rows, "phase_by_image");
+  EXPECT_NEAR(row.in_order, 0.92, 0.07);  // 32 bins hold sinc(5/32)^2 of a fifth harmonic's squares
+  EXPECT_LT(row_of(rows, "phase").alone, 0.25);
+  EXPECT_LT(row_of(rows, "image").alone, 0.05);
+  EXPECT_EQ(row.harmonic, 5u);
+  EXPECT_THAT(pattern_sentence(rows), HasSubstr("from image to image another way (5th harmonic)"));
+  const PatternProfile& p = row.profile[0];
+  ASSERT_EQ(p.mean.size(), 12u * 32u);
+  EXPECT_EQ(p.at_y[5 * 32], 5.0);
+  EXPECT_NEAR(p.mean[5 * 32], 1.5 * std::cos(1.0 + 5.0 * kPi / 32.0), 0.4);
+}
+
+// A waveform that differs over the image and one of two images: both are named, the larger one first.
+TEST(Pattern, PhaseByPlaceAndByImageAtOnce) {
+  const auto both = [](const LeftValue& v) {
+    const auto phase = static_cast<double>(v.phase_rad);
+    return (static_cast<double>(v.x_px) - 29.5) / 20.0 * std::cos(5.0 * phase) +
+           (v.image == 5 || v.image == 10 ? 1.5 * std::cos(4.0 * phase) : 0.0);
+  };
+  EXPECT_THAT(named(pattern_of(camera(both))), ElementsAre("phase_by_place", "phase_by_image"));
 }
 
 // Phase and place that are two errors are named as those.

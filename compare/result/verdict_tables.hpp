@@ -267,14 +267,15 @@ struct CauseGain {
 /// Means of what is left of one camera's gray values over one of the coordinates of PatternRow.
 struct PatternProfile {
   std::string camera;
-  std::vector<double> at, at_y, mean, n;  ///< at_y: of places only
+  std::vector<double> at, at_y, mean, n;  ///< at_y: of places, and of phases in parts
 
   static void describe(auto& f) {
     using Row = PatternProfile;
     f.name("camera", "camera of the twin", &Row::camera);
     f.add("at", "the coordinate, in the row's unit; x of a place", &Row::at);
     f.add("at_y",
-          "y of a place, px; number of the cell of phase_by_place, from 1, row by row; empty for the others",
+          "y of a place, px; number of the cell of phase_by_place, from 1, row by row; of the image of "
+          "phase_by_image in the sequence; empty for the others",
           &Row::at_y);
     f.add("mean", "real - predicted, in standard deviations of a gray value", &Row::mean);
     f.add("n", "gray values", &Row::n);
@@ -293,7 +294,7 @@ struct PatternRow {
   static void describe(auto& f) {
     using Row = PatternRow;
     f.name("coordinate", "what the gray values are sorted by", &Row::coordinate)
-        .one_of({"gray_level", "phase", "image", "radius", "place", "phase_by_place"})
+        .one_of({"gray_level", "phase", "image", "radius", "place", "phase_by_place", "phase_by_image"})
         .shown({"what is left over"});
     f.add("unit", "its unit", &Row::unit);
     f.add("alone", "share of the excess that its means take away", &Row::alone)
@@ -303,7 +304,8 @@ struct PatternRow {
         .shown({"order"});
     f.add("in_order", "share of the excess that its means take away after those before it", &Row::in_order)
         .shown({"after those before", "%", Column::fixed, 1, 100.0});
-    f.add("harmonic", "phase, phase_by_place: the harmonic that holds most of the means' squares, else 0",
+    f.add("harmonic",
+          "phase, phase_by_place, phase_by_image: the harmonic that holds most of the means' squares, else 0",
           &Row::harmonic);
     f.add("profile", "the means, of each camera", &Row::profile);
   }
