@@ -173,6 +173,20 @@ std::vector<std::uint8_t> quarters_of_image(const std::vector<LeftValue>& values
   return parts;
 }
 
+/// Returns the quarter of the camera's values that each lies in, side by side along x or y.
+std::vector<std::uint8_t> strips_of_image(const std::vector<LeftValue>& values, float LeftValue::*along) {
+  std::vector<float> at;
+  for (const LeftValue& v : values) at.push_back(v.*along);
+  std::array<float, kPatternParts - 1> edges{};
+  for (int k = 1; k < kPatternParts; ++k)
+    edges[static_cast<std::size_t>(k - 1)] =
+        static_cast<float>(quantile(at, static_cast<double>(k) / kPatternParts));
+  std::vector<std::uint8_t> parts;
+  for (const LeftValue& v : values)
+    parts.push_back(static_cast<std::uint8_t>(std::ranges::upper_bound(edges, v.*along) - edges.begin()));
+  return parts;
+}
+
 std::vector<std::uint8_t> quarters_of_sequence(const std::vector<LeftValue>& values) {
   const Bins images = bins_of_images(values);
   std::vector<std::uint8_t> parts;
@@ -185,8 +199,9 @@ std::vector<std::uint8_t> quarters_of_sequence(const std::vector<LeftValue>& val
 /// The values of all cameras, sorted by one coordinate; each camera has bins of its own.
 struct SortedValues {
   PatternRow row;
-  std::vector<int> bin;            ///< of each value
-  std::vector<std::uint8_t> part;  ///< that each value is predicted in from the others
+  std::vector<int> bin;                  ///< of each value
+  std::vector<std::uint8_t> part;        ///< that each value is predicted in from the others
+  std::vector<std::uint8_t> other_part;  ///< of another division, where both must tell the same; else empty
   std::size_t n_bins = 0;
 };
 
@@ -196,14 +211,15 @@ struct Taken {
   std::vector<double> mean, n;  ///< of all parts
 };
 
-Taken take_means(const std::vector<double>& left, const SortedValues& by) {
+Taken take_means(const std::vector<double>& left, const SortedValues& by,
+                 const std::vector<std::uint8_t>& part) {
   struct Sum {
     double sum = 0.0, n = 0.0;
   };
   std::vector<std::array<Sum, kPatternParts>> sums(by.n_bins);
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (by.bin[i] < 0) continue;
-    Sum& s = sums[static_cast<std::size_t>(by.bin[i])][by.part[i]];
+    Sum& s = sums[static_cast<std::size_t>(by.bin[i])][part[i]];
     s.sum += left[i];
     s.n += 1.0;
   }
@@ -221,6 +237,12 @@ Taken take_means(const std::vector<double>& left, const SortedValues& by) {
     out.mean.push_back(all.n > 0.0 ? all.sum / all.n : kNaN);
     out.n.push_back(all.n);
   }
+  return out;
+}
+
+Taken take_means(const std::vector<double>& left, const SortedValues& by) {
+  Taken out = take_means(left, by, by.part);
+  if (!by.other_part.empty()) out.gain = std::min(out.gain, take_means(left, by, by.other_part).gain);
   return out;
 }
 
@@ -287,13 +309,20 @@ class PatternSearch {
       mean += static_cast<double>(v.sigmas) / static_cast<double>(camera.values.size());
     for (const LeftValue& v : camera.values) left_.push_back(static_cast<double>(v.sigmas) - mean);
     const std::vector<std::uint8_t> by_image = quarters_of_image(camera.values),
-                                    by_sequence = quarters_of_sequence(camera.values);
+                                    by_sequence = quarters_of_sequence(camera.values),
+                                    by_x = strips_of_image(camera.values, &LeftValue::x_px),
+                                    by_y = strips_of_image(camera.values, &LeftValue::y_px);
     for (std::size_t c = 0; c < sorted_.size(); ++c) {
       SortedValues& by = sorted_[c];
       Bins bins = bins_of(c, camera);
       for (const int bin : bins.of) by.bin.push_back(bin < 0 ? -1 : bin + static_cast<int>(by.n_bins));
-      const auto& part = c == kPlace || c == kPhaseByPlace ? by_sequence : by_image;
+      // Along a fringe the phase is the same, and what finer bins would hold is alike: strips across it
+      // differ.
+      const auto& part = c == kPlace || c == kPhaseByPlace ? by_sequence
+                         : c == kPhaseByImage              ? by_x
+                                                           : by_image;
       by.part.insert(by.part.end(), part.begin(), part.end());
+      if (c == kPhaseByImage) by.other_part.insert(by.other_part.end(), by_y.begin(), by_y.end());
       by.n_bins += bins.at.size();
       by.row.profile.push_back({camera.camera, std::move(bins.at), std::move(bins.at_y), {}, {}});
     }
