@@ -223,6 +223,7 @@ bool GroupFit::fit(const Block& block) {
     throw_if_cancelled();
     told = all;
     const NormalEquations e = equations_with_prior(free);
+    if (options_.on_step) options_.on_step(n_steps_, chi2 / static_cast<double>(e.n));
     Damped solved = solve(e, told, free, damping);
     // what its bound stops does not steer the others
     for (std::vector<std::size_t> inside; !told.empty(); inside.clear()) {

@@ -2,6 +2,7 @@
 // Fits parameters of a twin to the real gray values until nothing is left to gain, and says how well each is
 // known: one fit for the search for causes and for `--refine` (docs/metrics/causes.md, "Fit of a group").
 #pragma once
+#include <functional>
 #include <optional>
 
 #include "compare/causes/sensitivity.hpp"
@@ -33,6 +34,8 @@ struct GroupFitOptions {
   /// What every pixel has of its own; without: a factor and an offset beside geometric groups, nothing beside
   /// the others. Both kinds together are fitted in turn, geometry first.
   std::optional<FreePerPixel> free = std::nullopt;
+  /// Called at the begin of each step with its number and the chi2 per value so far; may be empty.
+  std::function<void(int step, double chi2)> on_step = {};
 };
 
 /// Fits by Levenberg's damped steps; the columns (derivatives) are rendered at the start and again where they

@@ -16,6 +16,7 @@
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
+#include "compare/refine/says_now_and_then.hpp"
 #include "compare/verdict/explain_code.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
@@ -163,7 +164,8 @@ class Refiner {
     // stays
     if (!provisional_) start.settle_sensors();
     settle_switches(begin);
-    GroupFit fit(sensitivity_, twin_, parameters_, {.hold_gain = hold_gain_, .exact = true});
+    GroupFit fit(sensitivity_, twin_, parameters_,
+                 {.hold_gain = hold_gain_, .exact = true, .on_step = SaysNowAndThen{}});
     fit.start_at(begin);
     lower_the_field(fit);
     refuse_what_cannot_be_told(fit);
