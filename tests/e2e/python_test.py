@@ -306,10 +306,16 @@ class Python(unittest.TestCase):
     def test_examples_run(self):
         examples = sorted(glob.glob(os.path.join(OPTIONS["source"], "python/examples/*.py")))
         self.assertTrue(examples)
+        with_images = os.path.join(OPTIONS["source"], "datasets/povray-ball-wall/twin.toml")
         for example in examples:
-            with self.subTest(example=os.path.basename(example)):
-                subprocess.run([sys.executable, example, self.file, self.dir + "/example"], check=True, timeout=120,
-                               stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
+            name = os.path.basename(example)
+            with self.subTest(example=name):
+                done = subprocess.run([sys.executable, example, with_images if name == "gain.py" else self.file,
+                                       self.dir + "/example"], check=True, timeout=120, stdout=subprocess.PIPE, text=True,
+                                      env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
+                if name == "gain.py":
+                    self.assertRegex(done.stdout, r"(?m)^camera: \d+\.\d{4} \+- 0\.\d{4} DN \(")
+                    self.assertIn("within pixels", done.stdout)
 
 
 def main():
