@@ -17,7 +17,7 @@ for gain in run.result["gain"]:
         print(f"{gain['camera']}: no gain: {gain['why']}")
         continue
     print(f"{gain['camera']}: {gain['gain_dn']:.4f} +- {gain['gain_total_sigma_dn']:.4f} DN ({gain['state']}"
-          f"{': ' + gain['why'] if gain['why'] else ''}), black level {gain['black_level_dn']:.2f} DN, "
+          f"{': ' + gain['why'] if gain.get('why') else ''}), black level {gain['black_level_dn']:.2f} DN, "
           f"{gain['rms_after_dn']:.2f} DN rms left")
     for check in run.result["gain_checks"]:
         if check["camera"] == gain["camera"] and check["gain_z"] is not None:

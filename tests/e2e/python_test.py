@@ -314,7 +314,7 @@ class Python(unittest.TestCase):
                                        self.dir + "/example"], check=True, timeout=120, stdout=subprocess.PIPE, text=True,
                                       env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
                 if name == "gain.py":
-                    self.assertRegex(done.stdout, r"(?m)^camera: \d+\.\d{4} \+- 0\.\d{4} DN \(")
+                    self.assertRegex(done.stdout, r"(?m)^left: \d+\.\d{4} \+- 0\.\d{4} DN \(")
                     self.assertIn("within pixels", done.stdout)
 
 
