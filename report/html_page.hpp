@@ -19,17 +19,17 @@ struct Section {
 };
 
 struct Page {
-  std::string title, subtitle;
-  std::string answer;   ///< one sentence, first below the title; may be empty
-  std::string verdict;  ///< the badge's words; empty: none
-  std::string
-      verdict_class;  ///< "pass", "fail", "none" (neutral); empty: the words, where they are one of these
-  std::string summary_html;  ///< first on the page: the verdict table
-  std::string note;          ///< what the page can and cannot show; printed in a frame; may be empty
-  std::vector<std::string> warnings;
-  std::vector<Section> sections;  ///< in order; the table of contents is made of them
-  std::string footer_html;        ///< provenance
-  std::string script;             ///< JavaScript at the end of the page; may be empty
+  std::string title, subtitle = {};
+  std::string answer = {};   ///< one sentence, first below the title; may be empty
+  std::string verdict = {};  ///< the badge's words; empty: none
+  /// "pass", "fail", "none" (neutral); empty: the words, where they are one of these.
+  std::string verdict_class = {};
+  std::string summary_html = {};  ///< first on the page: the verdict table
+  std::string note = {};          ///< what the page can and cannot show; printed in a frame; may be empty
+  std::vector<std::string> warnings = {};
+  std::vector<Section> sections = {};  ///< in order; the table of contents is made of them
+  std::string footer_html = {};        ///< provenance
+  std::string script = {};             ///< JavaScript at the end of the page; may be empty
   std::string html() const;
 };
 
