@@ -30,7 +30,8 @@ std::string left_by(const CauseRow& row, double limit) {
   if (!row.fits_agree)
     text += fmt::format("{}fits of objects {:.3g} standard errors apart", text.empty() ? "" : "; ",
                         row.fit_z_after);
-  if (!row.regions_after.empty() && row.regions_after[0].n == 0)
+  if (!row.regions_after.empty() &&
+      std::ranges::all_of(row.regions_after, [](const CauseRegion& r) { return r.n == 0; }))
     text += (text.empty() ? "" : "; ") + std::string("regions with too few pixels to judge it");
   return text.empty() ? "" : ", which leaves " + text;
 }

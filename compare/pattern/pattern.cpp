@@ -8,6 +8,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <numeric>
 
 #include "twin/base/statistics.hpp"
 
@@ -207,8 +208,8 @@ struct SortedValues {
 
 /// What the means of bins take away.
 struct Taken {
-  double gain = 0.0;            ///< of chi2, where the means come from the other parts; 0 for noise
-  std::vector<double> mean, n;  ///< of all parts
+  double gain = 0.0;                   ///< of chi2, where the means come from the other parts; 0 for noise
+  std::vector<double> mean, n, gains;  ///< of each bin: over all parts, and its part of the gain
 };
 
 Taken take_means(const std::vector<double>& left, const SortedValues& by,
@@ -226,14 +227,17 @@ Taken take_means(const std::vector<double>& left, const SortedValues& by,
   Taken out;
   for (const auto& parts : sums) {
     Sum all;
+    double gain = 0.0;
     for (const Sum& s : parts) all.sum += s.sum, all.n += s.n;
     for (const Sum& s : parts) {
       const double others = all.n - s.n;
       if (others < s.n || others == 0.0) continue;
       const double mean = (all.sum - s.sum) / others;
       // sum of z^2 - (z - mean)^2, and what the noise of the mean costs
-      out.gain += mean * (2.0 * s.sum - mean * s.n) + s.n / others;
+      gain += mean * (2.0 * s.sum - mean * s.n) + s.n / others;
     }
+    out.gain += gain;
+    out.gains.push_back(gain);
     out.mean.push_back(all.n > 0.0 ? all.sum / all.n : kNaN);
     out.n.push_back(all.n);
   }
@@ -242,7 +246,17 @@ Taken take_means(const std::vector<double>& left, const SortedValues& by,
 
 Taken take_means(const std::vector<double>& left, const SortedValues& by) {
   Taken out = take_means(left, by, by.part);
-  if (!by.other_part.empty()) out.gain = std::min(out.gain, take_means(left, by, by.other_part).gain);
+  if (by.other_part.empty()) return out;
+  // of each image the lesser: the fringes of one may lie along x, and of another along y
+  const std::vector<double> other = take_means(left, by, by.other_part).gains;
+  out.gain = 0.0;
+  for (std::size_t first = 0; first < by.n_bins; first += kPhaseBins) {
+    const auto of_image = [first](const std::vector<double>& gains) {
+      const auto begin = gains.begin() + static_cast<std::ptrdiff_t>(first);
+      return std::accumulate(begin, begin + kPhaseBins, 0.0);
+    };
+    out.gain += std::min(of_image(out.gains), of_image(other));
+  }
   return out;
 }
 

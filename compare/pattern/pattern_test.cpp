@@ -142,6 +142,18 @@ TEST(Pattern, StepsOfTheProjectorsLevelsFollowThePhase) {
   EXPECT_EQ(row_of(rows, "phase").harmonic, 0u);
 }
 
+// Fringes along x in some images and along y in the others: the steps are no error of single images.
+TEST(Pattern, StepsOfTheProjectorsLevelsBothWaysFollowThePhase) {
+  LeftOver left = camera([](const LeftValue&) { return 0.0; });
+  for (LeftValue& v : left.values) {
+    if (v.image >= 6)
+      v.phase_rad = static_cast<float>(2.0 * kPi * (static_cast<double>(v.y_px) / 4.7 + v.image % 4 / 4.0));
+    const double level = 12.0 + 12.0 * std::cos(static_cast<double>(v.phase_rad));
+    v.sigmas += static_cast<float>(5.0 * (std::round(level) - level));
+  }
+  EXPECT_THAT(named(pattern_of(left)), ElementsAre("phase"));
+}
+
 TEST(Pattern, PlaceThatIsNoRadius) {
   for (const int first_x : {0, 25}) {  // the part that is seen need not lie about the middle
     const auto rows = pattern_of(camera(of_place, 1.0, true, first_x));
