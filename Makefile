@@ -131,6 +131,7 @@ bench: build
 	@build/bench/bench_study
 	@build/bench/bench_compare
 	@build/bench/bench_capture
+	@if [ -d build/python/fringetwin ]; then bench/bench_python.py; fi  # where its module was built
 	@scripts/bench_chain.sh   # per stage: render, decode, match, triangulate, fit; the whole against its bound
 
 clean:
