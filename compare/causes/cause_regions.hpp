@@ -12,8 +12,8 @@ namespace fringetwin::compare {
 /// Returns what a prediction leaves, with the gain and black level set, in the sums over squares of 8 x 8
 /// kept pixels: their level, their contrast, the shift of their fringes (weights dE/dphase of the
 /// prediction's own first harmonic), and the level of each image. Of what every pixel has of its own (`free`,
-/// and a factor where the sensitivity has free factors) only what it leaves counts. A row per kind, in this
-/// order.
+/// and a factor where the sensitivity has free factors) only what it leaves counts: of a level with an
+/// offset, and of a contrast with both, nothing (n is 0). A row per kind, in this order.
 std::vector<CauseRegion> cause_regions(const Sensitivity& sensitivity, const Fringes& fringes,
                                        const Sensitivity::Values& predicted,
                                        FreePerPixel free = FreePerPixel::nothing);

@@ -14,6 +14,7 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr int kPatternMapPx = 400;  ///< the longer side of a map
+constexpr int kLeastRowPx = 8;
 constexpr const char* kCameraColors[] = {report::color::kReal, report::color::kSimulated};
 
 /// Returns the largest mean of all: one scale for all pictures, or noise would look like a pattern.
@@ -50,7 +51,7 @@ std::string pattern_map(const PatternRow& row, const PatternProfile& p, double s
   const double width = p.at[across - 1] - p.at[0], height = p.at_y.back() - p.at_y[0],
                px = kPatternMapPx / std::max({width, height, 1.0});
   const int w = std::max(static_cast<int>(across), static_cast<int>(px * width)),
-            h = std::max(static_cast<int>(down), static_cast<int>(px * height));
+            h = std::max(kLeastRowPx * static_cast<int>(down), static_cast<int>(px * height));
   ImageF map(w, h);
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x)
@@ -69,7 +70,7 @@ std::string pattern_map(const PatternRow& row, const PatternProfile& p, double s
       : row.coordinate == "phase_by_place"
           ? fmt::format("phase 0…2π across, {} places of the image down, row by row",
                         report::fixed(p.at_y.back(), 0))
-          : fmt::format("phase 0…2π across, images {} … {} down", report::fixed(p.at_y[0], 0),
+          : fmt::format("phase 0…2π across, {} images down, from {} to {}", down, report::fixed(p.at_y[0], 0),
                         report::fixed(p.at_y.back(), 0));
   return titled_map(fmt::format("{}: {}", report::escape_html(p.camera), axes), report::map_html(map, style));
 }
@@ -82,7 +83,8 @@ std::string pattern_html(const Comparison& c) {
   table.caption =
       "What is left of the gray values follows: shares of the excess that means over each of these take "
       "away, "
-      "each quarter of the image (by place: of the images) predicted from the other three.";
+      "each quarter of the image (by place: of the images; phase by image: each strip) predicted from the "
+      "other three.";
   const double scale = largest_mean(c.causes.pattern);
   std::vector<report::Plot> plots;
   std::string parts, maps;

@@ -10,21 +10,18 @@
 #include <cstdint>
 #include <numeric>
 
-#include "twin/base/statistics.hpp"
+#include "compare/pattern/pattern_bins.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-constexpr int kPatternBins = 256;  ///< of gray level, phase and radius: 24 steps of a projector are seen
-constexpr int kCells = 16;         ///< of the map, along each side
-constexpr int kPatternParts = 4;   ///< of the image or the sequence: one is predicted from the others
-constexpr int kMostHarmonic = 7;   ///< as the group `harmonics`
+constexpr int kMostHarmonic = 7;  ///< as the group `harmonics`
 /// What is named takes away a tenth of the excess, which is a third of the size of what is left, and five
 /// standard deviations of what chance does. The gain of noise in a bin of four parts alike is w - 7/9 v +
 /// 4/3, w and v being chi2 of 1 and 3 degrees of freedom: its variance is 2 + 6 (7/9)^2.
 constexpr double kNamedShare = 0.1, kNamedSigmas = 5.0, kChanceVariance = 2.0 + 6.0 * 49.0 / 81.0;
 
-/// What a coordinate is called, and where its pattern says to look.
+/// What a coordinate is called, and where its pattern says to look, in the order of pattern_bins.hpp.
 struct CoordinateWords {
   const char *name, *unit, *words, *look_at;
 };
@@ -39,163 +36,7 @@ constexpr CoordinateWords kCoordinates[] = {
     {"phase_by_image", "rad", "the phase of the fringes, from image to image another way",
      "waveform of the fringes that differs from image to image, as where an exposure does not hold whole "
      "frames of the projector"}};
-/// Among these; from kPhaseByPlace on those that hold the phase and another one.
-constexpr std::size_t kPhase = 1, kPlace = 4, kPhaseByPlace = 5, kPhaseByImage = 6;
-/// Cells along each side of the image, and bins of the phase in each, as in each image: a seventh harmonic is
-/// seen.
-constexpr int kPhaseCells = 4, kPhaseBins = 32;
 constexpr const char* kContrastOrShift = "contrast or shift of the fringes";
-
-/// The values of one camera, sorted into bins.
-struct Bins {
-  std::vector<int> of;           ///< of each value; -1: none
-  std::vector<double> at, at_y;  ///< of each bin
-};
-
-/// Returns bins that hold equally many values.
-Bins bins_of_equal_count(const std::vector<float>& values) {
-  std::vector<float> sorted = values, edges;
-  std::ranges::sort(sorted);
-  for (std::size_t i = 1; i < kPatternBins; ++i)
-    if (const float edge = sorted[i * sorted.size() / kPatternBins];
-        edge > (edges.empty() ? sorted[0] : edges.back()))
-      edges.push_back(edge);
-  Bins bins{{}, std::vector<double>(edges.size() + 1), {}};
-  std::vector<double> n(bins.at.size());
-  for (const float value : values) {
-    const auto bin = static_cast<std::size_t>(std::ranges::upper_bound(edges, value) - edges.begin());
-    bins.of.push_back(static_cast<int>(bin));
-    bins.at[bin] += static_cast<double>(value);
-    n[bin] += 1.0;
-  }
-  for (std::size_t b = 0; b < n.size(); ++b) bins.at[b] /= n[b];
-  return bins;
-}
-
-/// Returns so many bins of a period.
-Bins bins_of_phase(const std::vector<LeftValue>& values, int n_bins) {
-  Bins bins;
-  for (const LeftValue& v : values) {
-    const double turns = static_cast<double>(v.phase_rad) / kTwoPi, within = turns - std::floor(turns);
-    bins.of.push_back(std::isfinite(turns) ? std::min(n_bins - 1, static_cast<int>(n_bins * within)) : -1);
-  }
-  for (int b = 0; b < n_bins; ++b) bins.at.push_back(kTwoPi * (b + 0.5) / n_bins);
-  return bins;
-}
-
-/// Returns a bin for each image that there is, in their order.
-Bins bins_of_images(const std::vector<LeftValue>& values) {
-  std::vector<int> images;
-  for (const LeftValue& v : values) images.push_back(v.image);
-  std::ranges::sort(images);
-  images.erase(std::unique(images.begin(), images.end()), images.end());
-  Bins bins;
-  for (const LeftValue& v : values)
-    bins.of.push_back(static_cast<int>(std::ranges::lower_bound(images, v.image) - images.begin()));
-  bins.at.assign(images.begin(), images.end());
-  return bins;
-}
-
-/// Returns n x n cells, row by row, over the part of the image that holds values.
-Bins bins_of_place(const std::vector<LeftValue>& values, int n) {
-  const auto [left, right] = std::ranges::minmax(values, {}, &LeftValue::x_px);
-  const auto [top, bottom] = std::ranges::minmax(values, {}, &LeftValue::y_px);
-  const float x0 = left.x_px, y0 = top.y_px, width = right.x_px - x0 + 1.0F, height = bottom.y_px - y0 + 1.0F,
-              side = static_cast<float>(n);
-  Bins bins;
-  for (const LeftValue& v : values)
-    bins.of.push_back(static_cast<int>(side * (v.y_px - y0) / height) * n +
-                      static_cast<int>(side * (v.x_px - x0) / width));
-  for (int b = 0; b < n * n; ++b) {
-    bins.at.push_back(static_cast<double>(x0) - 0.5 + (b % n + 0.5) * static_cast<double>(width) / n);
-    bins.at_y.push_back(static_cast<double>(y0) - 0.5 + (b / n + 0.5) * static_cast<double>(height) / n);
-  }
-  return bins;
-}
-
-/// Returns the bins of a period in each of kPhaseCells x kPhaseCells cells, cell by cell; at_y: number of the
-/// cell, from 1.
-Bins bins_of_phase_by_place(const std::vector<LeftValue>& values) {
-  const Bins cells = bins_of_place(values, kPhaseCells), phases = bins_of_phase(values, kPhaseBins);
-  Bins bins;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    bins.of.push_back(phases.of[i] < 0 ? -1 : cells.of[i] * kPhaseBins + phases.of[i]);
-  for (std::size_t cell = 0; cell < cells.at.size(); ++cell)
-    for (const double phase_rad : phases.at) {
-      bins.at.push_back(phase_rad);
-      bins.at_y.push_back(static_cast<double>(cell + 1));
-    }
-  return bins;
-}
-
-/// Returns the bins of a period in each image, image by image; at_y: its number in the sequence.
-Bins bins_of_phase_by_image(const std::vector<LeftValue>& values) {
-  const Bins images = bins_of_images(values), phases = bins_of_phase(values, kPhaseBins);
-  Bins bins;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    bins.of.push_back(phases.of[i] < 0 ? -1 : images.of[i] * kPhaseBins + phases.of[i]);
-  for (const double image : images.at)
-    for (const double phase_rad : phases.at) {
-      bins.at.push_back(phase_rad);
-      bins.at_y.push_back(image);
-    }
-  return bins;
-}
-
-Bins bins_of(std::size_t coordinate, const LeftOver& camera) {
-  std::vector<float> numbers;
-  for (const LeftValue& v : camera.values)
-    numbers.push_back(coordinate == 0
-                          ? v.level_dn
-                          : static_cast<float>(std::hypot(static_cast<double>(v.x_px) - camera.middle_x_px,
-                                                          static_cast<double>(v.y_px) - camera.middle_y_px)));
-  return coordinate == kPhase          ? bins_of_phase(camera.values, kPatternBins)
-         : coordinate == 2             ? bins_of_images(camera.values)
-         : coordinate == kPlace        ? bins_of_place(camera.values, kCells)
-         : coordinate == kPhaseByPlace ? bins_of_phase_by_place(camera.values)
-         : coordinate == kPhaseByImage ? bins_of_phase_by_image(camera.values)
-                                       : bins_of_equal_count(numbers);
-}
-
-/// Returns the quarter of the camera's values that each lies in: the medians of x, and of y on either side.
-std::vector<std::uint8_t> quarters_of_image(const std::vector<LeftValue>& values) {
-  const auto middle = [](std::vector<float> v) { return static_cast<float>(quantile(v, 0.5)); };
-  std::vector<float> x;
-  std::array<std::vector<float>, 2> y;
-  for (const LeftValue& v : values) x.push_back(v.x_px);
-  const float middle_x = middle(x);
-  for (const LeftValue& v : values) y[v.x_px < middle_x ? 0 : 1].push_back(v.y_px);
-  const std::array<float, 2> middle_y{middle(y[0]), middle(y[1])};
-  std::vector<std::uint8_t> parts;
-  for (const LeftValue& v : values) {
-    const std::size_t side = v.x_px < middle_x ? 0 : 1;
-    parts.push_back(static_cast<std::uint8_t>(2 * side + (v.y_px < middle_y[side] ? 0 : 1)));
-  }
-  return parts;
-}
-
-/// Returns the quarter of the camera's values that each lies in, side by side along x or y.
-std::vector<std::uint8_t> strips_of_image(const std::vector<LeftValue>& values, float LeftValue::*along) {
-  std::vector<float> at;
-  for (const LeftValue& v : values) at.push_back(v.*along);
-  std::array<float, kPatternParts - 1> edges{};
-  for (int k = 1; k < kPatternParts; ++k)
-    edges[static_cast<std::size_t>(k - 1)] =
-        static_cast<float>(quantile(at, static_cast<double>(k) / kPatternParts));
-  std::vector<std::uint8_t> parts;
-  for (const LeftValue& v : values)
-    parts.push_back(static_cast<std::uint8_t>(std::ranges::upper_bound(edges, v.*along) - edges.begin()));
-  return parts;
-}
-
-std::vector<std::uint8_t> quarters_of_sequence(const std::vector<LeftValue>& values) {
-  const Bins images = bins_of_images(values);
-  std::vector<std::uint8_t> parts;
-  for (const int image : images.of)
-    parts.push_back(
-        static_cast<std::uint8_t>(static_cast<std::size_t>(image) * kPatternParts / images.at.size()));
-  return parts;
-}
 
 /// The values of all cameras, sorted by one coordinate; each camera has bins of its own.
 struct SortedValues {
@@ -288,6 +129,19 @@ std::uint64_t main_harmonic(const std::vector<PatternProfile>& profiles, std::si
   return 0;
 }
 
+/// Takes off the mean of each of n groups; -1: of none.
+void take_off_means(const std::vector<int>& group, std::size_t n, std::vector<double>& left) {
+  std::vector<double> sum(n), count(n);
+  for (std::size_t i = 0; i < left.size(); ++i)
+    if (group[i] >= 0) {
+      sum[static_cast<std::size_t>(group[i])] += left[i];
+      count[static_cast<std::size_t>(group[i])] += 1.0;
+    }
+  for (std::size_t i = 0; i < left.size(); ++i)
+    if (group[i] >= 0)
+      left[i] -= sum[static_cast<std::size_t>(group[i])] / count[static_cast<std::size_t>(group[i])];
+}
+
 class PatternSearch {
  public:
   PatternSearch(const std::vector<LeftOver>& cameras, double excess) : excess_(excess) {
@@ -322,6 +176,12 @@ class PatternSearch {
     for (const LeftValue& v : camera.values)
       mean += static_cast<double>(v.sigmas) / static_cast<double>(camera.values.size());
     for (const LeftValue& v : camera.values) left_.push_back(static_cast<double>(v.sigmas) - mean);
+    for (const int pixel : numbers_of_pixels(camera.values)) {
+      pixel_.push_back(static_cast<int>(n_pixels_) + pixel);
+      camera_.push_back(static_cast<int>(n_cameras_));
+    }
+    n_pixels_ += camera.values.size();  // at most
+    ++n_cameras_;
     const std::vector<std::uint8_t> by_image = quarters_of_image(camera.values),
                                     by_sequence = quarters_of_sequence(camera.values),
                                     by_x = strips_of_image(camera.values, &LeftValue::x_px),
@@ -371,7 +231,7 @@ class PatternSearch {
   /// there is one. A map holds what follows one number, too: the number is named before it.
   bool take_best(int order) {
     std::vector<Taken> taken;
-    for (const SortedValues& by : sorted_) taken.push_back(take_means(left_, by));
+    for (std::size_t c = 0; c < kPhaseByPlace; ++c) taken.push_back(take_means(left_, sorted_[c]));
     const auto gain_of = [&](std::size_t c) { return sorted_[c].row.order == 0 ? taken[c].gain : 0.0; };
     std::size_t best = 0;
     for (std::size_t c = 1; c < kPhaseByPlace; ++c)
@@ -392,13 +252,31 @@ class PatternSearch {
     return true;
   }
 
+  /// Returns what is left without what follows the phase alone, or the place or image alone, however little:
+  /// a bin of `by` holds it, too. Of images also without the mean of each pixel: what is alike in all of them
+  /// differs along the fringes.
+  std::vector<double> without_parts(std::size_t c) const {
+    const SortedValues& by = sorted_[c];
+    std::vector<double> left = left_;
+    if (c == kPhaseByImage) take_off_means(pixel_, n_pixels_, left);
+    std::vector<int> group, phase;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      group.push_back(by.bin[i] < 0 ? -1 : by.bin[i] / kPhaseBins);
+      phase.push_back(by.bin[i] < 0 ? -1 : camera_[i] * kPhaseBins + by.bin[i] % kPhaseBins);
+    }
+    take_off_means(group, by.n_bins / kPhaseBins, left);
+    take_off_means(phase, n_cameras_ * kPhaseBins, left);
+    return left;
+  }
+
   /// The same of what holds the phase and the place or the image, too, and therefore comes after these.
   bool take_phase_by_another(int order) {
     std::size_t best = 0;
     Taken most;
     for (const std::size_t c : {kPhaseByPlace, kPhaseByImage})
       if (sorted_[c].row.order == 0)
-        if (Taken taken = take_means(left_, sorted_[c]); taken.gain >= std::max(least(c), most.gain))
+        if (Taken taken = take_means(without_parts(c), sorted_[c]);
+            taken.gain >= std::max(least(c), most.gain))
           best = c, most = std::move(taken);
     if (best == 0) return false;
     SortedValues& by = sorted_[best];
@@ -412,7 +290,9 @@ class PatternSearch {
 
   double excess_;
   std::vector<SortedValues> sorted_;
-  std::vector<double> left_;  ///< of each value, without the means that were taken off
+  std::vector<double> left_;         ///< of each value, without the means that were taken off
+  std::vector<int> pixel_, camera_;  ///< of each value, numbered
+  std::size_t n_pixels_ = 0, n_cameras_ = 0;
 };
 
 std::string ordinal(std::uint64_t n) {

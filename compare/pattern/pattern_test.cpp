@@ -20,6 +20,7 @@
 namespace fringetwin::compare::pattern_test {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -142,16 +143,22 @@ TEST(Pattern, StepsOfTheProjectorsLevelsFollowThePhase) {
   EXPECT_EQ(row_of(rows, "phase").harmonic, 0u);
 }
 
-// Fringes along x in some images and along y in the others: the steps are no error of single images.
+// Fringes along y in some images or in all: the steps are no error of single images.
 TEST(Pattern, StepsOfTheProjectorsLevelsBothWaysFollowThePhase) {
-  LeftOver left = camera([](const LeftValue&) { return 0.0; });
-  for (LeftValue& v : left.values) {
-    if (v.image >= 6)
-      v.phase_rad = static_cast<float>(2.0 * kPi * (static_cast<double>(v.y_px) / 4.7 + v.image % 4 / 4.0));
-    const double level = 12.0 + 12.0 * std::cos(static_cast<double>(v.phase_rad));
-    v.sigmas += static_cast<float>(5.0 * (std::round(level) - level));
+  for (const int first_along_y : {0, 6}) {
+    LeftOver left = camera([](const LeftValue&) { return 0.0; });
+    for (LeftValue& v : left.values) {
+      if (v.image >= first_along_y) {
+        const double pitch_px = 5.3 + 0.4 * (v.image / kSteps);
+        v.phase_rad = static_cast<float>(
+            2.0 * kPi *
+            (static_cast<double>(v.y_px) / pitch_px + static_cast<double>(v.image % kSteps) / kSteps));
+      }
+      const double level = 12.0 + 12.0 * std::cos(static_cast<double>(v.phase_rad));
+      v.sigmas += static_cast<float>(5.0 * (std::round(level) - level));
+    }
+    EXPECT_THAT(named(pattern_of(left)), ElementsAre("phase")) << first_along_y;
   }
-  EXPECT_THAT(named(pattern_of(left)), ElementsAre("phase"));
 }
 
 TEST(Pattern, PlaceThatIsNoRadius) {
@@ -257,7 +264,8 @@ TEST(Pattern, PhaseThatDiffersFromImageToImage) {
   const auto rows = pattern_of(left);
   EXPECT_THAT(named(rows), ElementsAre("phase_by_image"));
   const PatternRow& row = row_of(rows, "phase_by_image");
-  EXPECT_NEAR(row.in_order, 0.92, 0.07);  // 32 bins hold sinc(5/32)^2 of a fifth harmonic's squares
+  // 32 bins hold sinc(5/32)^2 of a fifth harmonic's squares, and the means of pixels take a twelfth of each
+  EXPECT_NEAR(row.in_order, 0.92 * 11.0 * 11.0 / 144.0, 0.07);
   EXPECT_LT(row_of(rows, "phase").alone, 0.05);
   EXPECT_LT(row_of(rows, "image").alone, 0.05);
   EXPECT_EQ(row.harmonic, 5u);
@@ -266,6 +274,35 @@ TEST(Pattern, PhaseThatDiffersFromImageToImage) {
   ASSERT_EQ(p.mean.size(), 12u * 32u);
   EXPECT_EQ(p.at_y[5 * 32], 5.0);
   EXPECT_NEAR(p.mean[5 * 32], 1.5 * std::cos(1.0 + 5.0 * kPi / 32.0), 0.4);
+}
+
+// Columns that differ, alike in all images, lie along the fringes: they are no error of single images, and
+// hide none.
+TEST(Pattern, ColumnsAreNoPhaseByImageAndHideNone) {
+  const auto columns = [](const LeftValue& v) {
+    return 0.9 * std::sin(7.0 * static_cast<double>(v.x_px) * static_cast<double>(v.x_px));
+  };
+  constexpr double kSlant = 0.02;  // a column is a fringe still, and the rows differ a little
+  EXPECT_THAT(named(pattern_of(camera(columns, 1.0, true, 0, kSlant))), Not(Contains("phase_by_image")));
+  const auto with_two_images = [&](const LeftValue& v) {
+    const double sign = v.image == 5 ? 1.0 : v.image == 10 ? -1.0 : 0.0;
+    return columns(v) + 2.0 * sign * std::cos(3.0 * static_cast<double>(v.phase_rad) + 1.0);
+  };
+  EXPECT_THAT(named(pattern_of(camera(with_two_images, 1.0, true, 0, kSlant))), Contains("phase_by_image"));
+}
+
+// A level of each image and a harmonic alike in all of them, each too small to be named beside spots: both
+// together are no waveform of single images.
+TEST(Pattern, SmallPartsAreNoPhaseByAnother) {
+  const auto small = [](const LeftValue& v) {
+    const double spot =
+        std::sin(12.9898 * static_cast<double>(v.x_px) + 78.233 * static_cast<double>(v.y_px));
+    return 1.9 * spot + 0.33 * of_image(v) + 0.56 * std::cos(2.0 * static_cast<double>(v.phase_rad));
+  };
+  const auto rows = pattern_of(camera(small, 1.0, true, 0, 0.31));
+  EXPECT_GT(row_of(rows, "phase_by_image").alone, 0.1);
+  EXPECT_THAT(named(rows), Not(Contains("phase_by_image")));
+  EXPECT_THAT(named(rows), Not(Contains("phase_by_place")));
 }
 
 // A waveform that differs over the image and one of two images: both are named, the larger one first.

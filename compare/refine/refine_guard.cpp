@@ -52,10 +52,9 @@ bool is_lost(const ExplainedRow& then, const ExplainedRow* now) {
          (now != nullptr ? now->state == kNotCompared : then.quantity == "phase");
 }
 
-/// Where pixels have numbers of their own nothing, or little, may have been left of a kind before: what few
-/// regions told says nothing of those that tell it now.
+/// Where pixels have numbers of their own nothing may have been left of a kind before.
 void compare_light(const CauseRegion& then, const CauseRegion& now, bool fits_light, Complaints& worse) {
-  if (2 * then.n < now.n) return;
+  if (then.n == 0) return;
   const std::string what = fmt::format("chi2 of the {} in regions", now.kind);
   if (then.passes() && !now.passes())
     worse.add("{} would rise from {:.3g} to {:.3g}, limit {:.3g}", what, then.chi2, now.chi2, now.limit);

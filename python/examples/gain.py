@@ -14,7 +14,7 @@ if not run.result["gain"]:
     sys.exit(f"{sys.argv[1]} has no real images: there is no gain to find")
 for gain in run.result["gain"]:
     if gain["gain_dn"] is None:
-        print(f"{gain['camera']}: no gain: {gain['why']}")
+        print(f"{gain['camera']}: no gain: {gain.get('why')}")
         continue
     print(f"{gain['camera']}: {gain['gain_dn']:.4f} +- {gain['gain_total_sigma_dn']:.4f} DN ({gain['state']}"
           f"{': ' + gain['why'] if gain.get('why') else ''}), black level {gain['black_level_dn']:.2f} DN, "

@@ -11,6 +11,7 @@
 // | 0.1 %          | full scale rms     | gray values of the grooves                                     |
 // | 5e-3, 0.4 %    | phase, full scale  | twice what lobes in the middle of paths make, which are left out |
 // | 2 x the stated | phase, gray        | 256 directions (kBrighter)                                     |
+// | 0.8 %          | full scale         | noise around a ball: 0.66 % by its ways, 1.0 % without         |
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -202,7 +203,7 @@ TEST(Gloss, OfABallOfAnotherModelAgreesWithTheReference) {
 }
 
 // Without the ways of mirrored light that Newton's method finds, the same directions leave 1.0 % of full
-// scale. scale.
+// scale.
 TEST(Gloss, OfABallIsQuietByItsWays) {
   REQUIRE_RENDERER();
   const Twin twin = ball_before_wall(ggx(0.2, 0.5, 0.35));
@@ -221,6 +222,7 @@ TEST(Gloss, OfABallIsQuietByItsWays) {
   std::cout << "ball: " << gray.n << " values, noise " << gray.rms() << " of full scale\n";
   EXPECT_GT(gray.n, 10'000);
   EXPECT_LE(gray.rms(), 8e-3);  // 0.66 % with them
+  EXPECT_GE(gray.rms(), 2e-3) << "seeds are alike";
 }
 
 // A wall of triangles mirrors as the wall itself does.
