@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sorts gray values by their coordinates into bins, and into parts that are predicted from one another.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "compare/pattern/pattern.hpp"
+#include "compare/pattern/left_values.hpp"
 
 namespace fringetwin::compare {
 
