@@ -14,7 +14,7 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr int kPatternMapPx = 400;  ///< the longer side of a map
-constexpr int kLeastRowPx = 8;
+constexpr int kRowPx = 16;          ///< of a cell or an image, whose phases lie across
 constexpr const char* kCameraColors[] = {report::color::kReal, report::color::kSimulated};
 
 /// Returns the largest mean of all: one scale for all pictures, or noise would look like a pattern.
@@ -44,14 +44,17 @@ report::Plot pattern_plot(const PatternRow& row, double scale) {
   return plot;
 }
 
-/// Draws the cells of a camera, which stand row by row: places, or phases across and places down.
+/// Draws the cells of a camera, which stand row by row: places, or phases across and places or images down.
 std::string pattern_map(const PatternRow& row, const PatternProfile& p, double scale) {
   const auto across = static_cast<std::size_t>(std::ranges::count(p.at_y, p.at_y.front()));
   const std::size_t down = p.at.size() / across;
-  const double width = p.at[across - 1] - p.at[0], height = p.at_y.back() - p.at_y[0],
-               px = kPatternMapPx / std::max({width, height, 1.0});
-  const int w = std::max(static_cast<int>(across), static_cast<int>(px * width)),
-            h = std::max(kLeastRowPx * static_cast<int>(down), static_cast<int>(px * height));
+  int w = kPatternMapPx, h = kRowPx * static_cast<int>(down);
+  if (row.coordinate == "place") {
+    const double width = p.at[across - 1] - p.at[0], height = p.at_y.back() - p.at_y[0],
+                 px = kPatternMapPx / std::max({width, height, 1.0});
+    w = std::max(static_cast<int>(across), static_cast<int>(px * width));
+    h = std::max(static_cast<int>(down), static_cast<int>(px * height));
+  }
   ImageF map(w, h);
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x)
