@@ -92,11 +92,10 @@ std::string pattern_html(const Comparison& c) {
   std::vector<report::Plot> plots;
   std::string parts, maps;
   for (const PatternRow& row : c.causes.pattern)
-    for (const PatternProfile& p : row.profile)
-      if (!p.at_y.empty()) maps += pattern_map(row, p, scale);
-  for (const PatternRow& row : c.causes.pattern)
     if (std::ranges::all_of(row.profile, [](const PatternProfile& p) { return p.at_y.empty(); }))
       plots.push_back(pattern_plot(row, scale));
+    else
+      for (const PatternProfile& p : row.profile) maps += pattern_map(row, p, scale);
   for (const std::string& svg : report::plots_or_sentences(plots, "pattern"))
     parts += "<div class=\"map\">" + svg + "</div>";
   return table.html() + "<figure><div class=\"maps\">" + parts + maps +

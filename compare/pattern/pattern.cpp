@@ -101,10 +101,21 @@ Taken take_means(const std::vector<double>& left, const SortedValues& by) {
   return out;
 }
 
-std::vector<double> without_means(std::vector<double> left, const SortedValues& by, const Taken& taken) {
+/// `bin` of each value; -1: of none.
+std::vector<double> without_means(std::vector<double> left, const std::vector<int>& bin,
+                                  const std::vector<double>& mean) {
   for (std::size_t i = 0; i < left.size(); ++i)
-    if (by.bin[i] >= 0) left[i] -= taken.mean[static_cast<std::size_t>(by.bin[i])];
+    if (bin[i] >= 0) left[i] -= mean[static_cast<std::size_t>(bin[i])];
   return left;
+}
+
+std::vector<double> without_own_means(std::vector<double> left, const std::vector<int>& bin,
+                                      std::size_t n_bins) {
+  std::vector<double> mean(n_bins), n(n_bins);
+  for (std::size_t i = 0; i < left.size(); ++i)
+    if (bin[i] >= 0) mean[static_cast<std::size_t>(bin[i])] += left[i], ++n[static_cast<std::size_t>(bin[i])];
+  for (std::size_t b = 0; b < n_bins; ++b) mean[b] /= n[b];
+  return without_means(std::move(left), bin, mean);
 }
 
 /// Returns the harmonic that holds half or more of the squares of means over the phase, of which every
@@ -127,19 +138,6 @@ std::uint64_t main_harmonic(const std::vector<PatternProfile>& profiles, std::si
     if (in_it >= 0.5 * in_all && in_all > 0.0) return static_cast<std::uint64_t>(h);
   }
   return 0;
-}
-
-/// Takes off the mean of each of n groups; -1: of none.
-void take_off_means(const std::vector<int>& group, std::size_t n, std::vector<double>& left) {
-  std::vector<double> sum(n), count(n);
-  for (std::size_t i = 0; i < left.size(); ++i)
-    if (group[i] >= 0) {
-      sum[static_cast<std::size_t>(group[i])] += left[i];
-      count[static_cast<std::size_t>(group[i])] += 1.0;
-    }
-  for (std::size_t i = 0; i < left.size(); ++i)
-    if (group[i] >= 0)
-      left[i] -= sum[static_cast<std::size_t>(group[i])] / count[static_cast<std::size_t>(group[i])];
 }
 
 class PatternSearch {
@@ -222,7 +220,7 @@ class PatternSearch {
     std::vector<std::size_t> all;
     for (std::size_t c = 0; c < kPhaseByPlace; ++c)
       if (c != first && sorted_[c].row.order == 0 && taken[c].gain >= least(c) &&
-          take_means(without_means(left_, sorted_[c], taken[c]), sorted_[first]).gain < least(first))
+          take_means(without_means(left_, sorted_[c].bin, taken[c].mean), sorted_[first]).gain < least(first))
         all.push_back(c);
     return all;
   }
@@ -248,7 +246,7 @@ class PatternSearch {
       sorted_[c].row.order = order;
       sorted_[c].row.in_order = share(taken[c].gain);
     }
-    left_ = without_means(std::move(left_), sorted_[best], taken[best]);
+    left_ = without_means(std::move(left_), sorted_[best].bin, taken[best].mean);
     return true;
   }
 
@@ -257,16 +255,14 @@ class PatternSearch {
   /// differs along the fringes.
   std::vector<double> without_parts(std::size_t c) const {
     const SortedValues& by = sorted_[c];
-    std::vector<double> left = left_;
-    if (c == kPhaseByImage) take_off_means(pixel_, n_pixels_, left);
+    std::vector<double> left = c == kPhaseByImage ? without_own_means(left_, pixel_, n_pixels_) : left_;
     std::vector<int> group, phase;
-    for (std::size_t i = 0; i < left.size(); ++i) {
+    for (std::size_t i = 0; i < left_.size(); ++i) {
       group.push_back(by.bin[i] < 0 ? -1 : by.bin[i] / kPhaseBins);
       phase.push_back(by.bin[i] < 0 ? -1 : camera_[i] * kPhaseBins + by.bin[i] % kPhaseBins);
     }
-    take_off_means(group, by.n_bins / kPhaseBins, left);
-    take_off_means(phase, n_cameras_ * kPhaseBins, left);
-    return left;
+    left = without_own_means(std::move(left), group, by.n_bins / kPhaseBins);
+    return without_own_means(std::move(left), phase, n_cameras_ * kPhaseBins);
   }
 
   /// The same of what holds the phase and the place or the image, too, and therefore comes after these.
@@ -284,7 +280,7 @@ class PatternSearch {
     by.row.in_order = share(most.gain);
     fill_profile(by.row, most);  // without what the others have taken
     by.row.harmonic = main_harmonic(by.row.profile, kPhaseBins);
-    left_ = without_means(std::move(left_), by, most);
+    left_ = without_means(std::move(left_), by.bin, most.mean);
     return true;
   }
 

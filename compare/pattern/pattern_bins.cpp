@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 
 #include "twin/base/constants.hpp"
@@ -78,33 +79,33 @@ Bins bins_of_place(const std::vector<LeftValue>& values, int n) {
   return bins;
 }
 
-/// Returns the bins of a period in each of kPhaseCells x kPhaseCells cells, cell by cell; at_y: number of the
-/// cell, from 1.
-Bins bins_of_phase_by_place(const std::vector<LeftValue>& values) {
-  const Bins cells = bins_of_place(values, kPhaseCells), phases = bins_of_phase(values, kPhaseBins);
+/// Returns the bins of a period in each of some parts, part by part; at_y: the number of the part.
+Bins bins_of_phase_in(const Bins& parts, const std::vector<double>& numbers,
+                      const std::vector<LeftValue>& values) {
+  const Bins phases = bins_of_phase(values, kPhaseBins);
   Bins bins;
   for (std::size_t i = 0; i < values.size(); ++i)
-    bins.of.push_back(phases.of[i] < 0 ? -1 : cells.of[i] * kPhaseBins + phases.of[i]);
-  for (std::size_t cell = 0; cell < cells.at.size(); ++cell)
+    bins.of.push_back(phases.of[i] < 0 ? -1 : parts.of[i] * kPhaseBins + phases.of[i]);
+  for (const double number : numbers)
     for (const double phase_rad : phases.at) {
       bins.at.push_back(phase_rad);
-      bins.at_y.push_back(static_cast<double>(cell + 1));
+      bins.at_y.push_back(number);
     }
   return bins;
 }
 
-/// Returns the bins of a period in each image, image by image; at_y: its number in the sequence.
+/// By cells of the image, numbered from 1.
+Bins bins_of_phase_by_place(const std::vector<LeftValue>& values) {
+  const Bins cells = bins_of_place(values, kPhaseCells);
+  std::vector<double> numbers(cells.at.size());
+  std::iota(numbers.begin(), numbers.end(), 1.0);
+  return bins_of_phase_in(cells, numbers, values);
+}
+
+/// By images, with their numbers in the sequence.
 Bins bins_of_phase_by_image(const std::vector<LeftValue>& values) {
-  const Bins images = bins_of_images(values), phases = bins_of_phase(values, kPhaseBins);
-  Bins bins;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    bins.of.push_back(phases.of[i] < 0 ? -1 : images.of[i] * kPhaseBins + phases.of[i]);
-  for (const double image : images.at)
-    for (const double phase_rad : phases.at) {
-      bins.at.push_back(phase_rad);
-      bins.at_y.push_back(image);
-    }
-  return bins;
+  const Bins images = bins_of_images(values);
+  return bins_of_phase_in(images, images.at, values);
 }
 
 }  // namespace
