@@ -111,18 +111,27 @@ Bins bins_of_phase_by_image(const std::vector<LeftValue>& values) {
 }  // namespace
 
 Bins bins_of(std::size_t coordinate, const LeftOver& camera) {
-  std::vector<float> numbers;
+  switch (coordinate) {
+    case kPhase:
+      return bins_of_phase(camera.values, kPatternBins);
+    case kImageNumber:
+      return bins_of_images(camera.values);
+    case kPlace:
+      return bins_of_place(camera.values, kCells);
+    case kPhaseByPlace:
+      return bins_of_phase_by_place(camera.values);
+    case kPhaseByImage:
+      return bins_of_phase_by_image(camera.values);
+    default:
+      break;
+  }
+  std::vector<float> numbers;  // gray levels or radii
   for (const LeftValue& v : camera.values)
     numbers.push_back(coordinate == 0
                           ? v.level_dn
                           : static_cast<float>(std::hypot(static_cast<double>(v.x_px) - camera.middle_x_px,
                                                           static_cast<double>(v.y_px) - camera.middle_y_px)));
-  return coordinate == kPhase          ? bins_of_phase(camera.values, kPatternBins)
-         : coordinate == kImageNumber  ? bins_of_images(camera.values)
-         : coordinate == kPlace        ? bins_of_place(camera.values, kCells)
-         : coordinate == kPhaseByPlace ? bins_of_phase_by_place(camera.values)
-         : coordinate == kPhaseByImage ? bins_of_phase_by_image(camera.values)
-                                       : bins_of_equal_count(numbers);
+  return bins_of_equal_count(numbers);
 }
 
 std::vector<std::uint8_t> quarters_of_image(const std::vector<LeftValue>& values) {
