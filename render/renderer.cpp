@@ -71,17 +71,19 @@ bool trace_adaptively_if_possible(TraceDevice& device, const TraceJob& job,
   }
 }
 
-// Throws where phase steps would be evaluated directly, which know no field of harmonics.
+// Throws where phase steps would be evaluated directly, which know no harmonics of a place or an image.
 void refuse_direct_steps(const Twin& twin, const SeriesTable& series) {
-  for (std::size_t d = 0; d < series.size(); ++d)
-    if (twin.fringes.directions[d].has_harmonics_field() &&
+  for (std::size_t d = 0; d < series.size(); ++d) {
+    const bool of_places = twin.fringes.directions[d].has_harmonics_field();
+    if ((of_places || twin.fringes.has_image_harmonics()) &&
         std::ranges::any_of(series[d], [](const PhaseSeries& s) { return s.a.empty(); }))
       throw UserError(
           ExitCode::usage, twin.file.string(),
-          fmt::format("harmonics that vary over the projector's image cannot be rendered here: the "
-                      "fringes have more than {} harmonics",
-                      kMostPairs),
-          "leave out harmonics_field, or blur the pattern more");
+          fmt::format("harmonics {} cannot be rendered here: the fringes have more than {} harmonics",
+                      of_places ? "that vary over the projector's image" : "of single images", kMostPairs),
+          fmt::format("leave out {}, or blur the pattern more",
+                      of_places ? "harmonics_field" : "image_harmonics"));
+  }
 }
 
 // Raises an estimate to that of another trace, where both have one.
@@ -122,13 +124,14 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
   const SeriesTable series = choose_series(twin, tuning_.pattern_method, sampling.phase_error_rad);
   const bool has_field = twin.fringes.has_harmonics_field() && twin.fringes.steps > 0;
-  const SeriesTable largest = has_field ? largest_series(twin, series) : series;
+  const bool of_images = twin.fringes.has_image_harmonics() && twin.fringes.steps > 0;
+  const SeriesTable largest = has_field || of_images ? largest_series(twin, series) : series;
   HarmonicsPlan harmonics;
   if (sampling.sampler == Sampler::adaptive && scene.maps.empty())
     harmonics = plan_harmonics(twin, camera, largest, sampling.phase_error_rad, projector.cx, projector.cy);
   const std::vector<PassPlan> passes =
       plan_passes(twin, harmonics.formed() ? fundamentals_of(largest) : largest, projector.cx, projector.cy);
-  if (has_field) refuse_direct_steps(twin, series);
+  if (has_field || of_images) refuse_direct_steps(twin, series);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&

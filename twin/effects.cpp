@@ -137,6 +137,15 @@ Effect shift_per_image() {
           "[projector] image_shifts_px"};
 }
 
+Effect waveform_per_image() {
+  return {"waveform per image",
+          EffectStage::light,
+          "fringes of the same waveform in every image",
+          [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_image_harmonics(); },
+          [](Twin& t) { t.fringes.image_harmonics.clear(); },
+          "[fringes] image_harmonics = [[[a1, b1], ...], ...], one list per image"};
+}
+
 /// Says of an effect that the closed form of the noise counts with it.
 Effect in_noise_theory(Effect effect) {
   effect.in_noise_theory = true;
@@ -189,6 +198,7 @@ std::vector<Effect> make_effects() {
        [](const Twin& t) { return t.room.has_lamp(); }, [](Twin& t) { t.room = {}; }, "[room] lamp"},
       light_per_image(),
       shift_per_image(),
+      waveform_per_image(),
       of_each(
           &Twin::cameras, EffectStage::light, "exposure timing", "exposures that see one pattern each",
           [](const Camera& c) { return c.timing.has_value(); }, [](Camera& c) { c.timing.reset(); },

@@ -122,14 +122,36 @@ bool Fringes::has_contrast() const {
 }
 
 double Fringes::largest_contrast() const {
-  double largest = 1.0;
+  double largest = 1.0, more = 0.0;
   for (const DirectionFringes& d : directions)
     for (const double c : d.contrast) largest = std::max(largest, c);
-  return largest;
+  for (const Harmonics& list : image_harmonics)
+    if (!list.empty()) more = std::max(more, std::hypot(list[0].cosine, list[0].sine));
+  return largest * (1.0 + more / amplitude);
+}
+
+bool Fringes::has_image_harmonics() const { return has_any(image_harmonics); }
+
+const Harmonics& Fringes::harmonics_of_image(std::size_t image) const {
+  static const Harmonics none;
+  return image < image_harmonics.size() ? image_harmonics[image] : none;
+}
+
+std::vector<double> Fringes::more_harmonics(const DirectionFringes& direction) const {
+  std::vector<double> sizes = direction.harmonics_field_sizes(), of_images;
+  for (const Harmonics& list : image_harmonics) {
+    of_images.resize(std::max(of_images.size(), list.size()));
+    for (std::size_t i = 0; i < list.size(); ++i)
+      of_images[i] = std::max(of_images[i], std::hypot(list[i].cosine, list[i].sine));
+  }
+  if (of_images.size() > sizes.size() + 1) sizes.resize(of_images.size() - 1);
+  for (std::size_t i = 1; i < of_images.size(); ++i) sizes[i - 1] += of_images[i];
+  return sizes;
 }
 
 bool Fringes::has_harmonics() const {
-  return has_harmonics_field() || std::ranges::any_of(directions, &DirectionFringes::has_own_harmonics);
+  return has_harmonics_field() || has_image_harmonics() ||
+         std::ranges::any_of(directions, &DirectionFringes::has_own_harmonics);
 }
 
 bool Fringes::has_harmonics_field() const {

@@ -94,16 +94,25 @@ struct Fringes {
   double amplitude = 0.5;
   Waveform waveform = {};
   std::vector<PatternImage> images;  ///< shown after all others; no phase comes from them
+  /// Light that the fringes of each image of the sequence have besides what those of its pitch have, of the
+  /// orders 1, 2, ...; empty: none, as lists of images that are no phase steps are.
+  std::vector<Harmonics> image_harmonics = {};
   /// Returns the smallest pitch of all directions, infinity without any.
   double finest_pitch_px() const;
   /// Returns whether any fringe has less, or more, contrast than what is shown.
   bool has_contrast() const;
-  /// Returns the largest contrast of all pitches, and 1 at least.
+  /// Returns the largest contrast of all pitches with what any image has more, and 1 at least.
   double largest_contrast() const;
   /// Returns whether the light of any fringe has harmonics that are not shown, anywhere.
   bool has_harmonics() const;
   /// Returns whether they vary over the projector's image.
   bool has_harmonics_field() const;
+  bool has_image_harmonics() const;
+  /// Returns what an image of the sequence has of its own, an empty list where there is nothing.
+  const Harmonics& harmonics_of_image(std::size_t image) const;
+  /// Returns by how much the harmonics of the orders 2, 3 ... of a direction may be larger at some place and
+  /// in some image, at most.
+  std::vector<double> more_harmonics(const DirectionFringes& direction) const;
   bool operator==(const Fringes&) const = default;
 };
 

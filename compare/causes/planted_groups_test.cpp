@@ -7,12 +7,7 @@
 // | check                 | tolerance      | origin                                                |
 // |-----------------------|----------------|-------------------------------------------------------|
 // | planted value         | 4 sigma        | 30 numbers, normal: one seed in 500                   |
-// | harmonics             | 3 sigma        | required; ten numbers, normal: one seed in 40         |
-// | their sigma           | 1e-3           | 0.3 DN of 200 DN, blur leaves order 6 a fifteenth     |
 // | light and shifts      | 3.5 sigma      | required; 47 numbers, normal: one seed in 45          |
-// | field of harmonics    | 3 sigma        | required; seven numbers, normal: one seed in 53       |
-// | contrast              | 3 sigma        | required; two numbers, normal: one seed in 185        |
-// | its sigma             | 2e-3           | a tenth of the least that is planted, 0.02            |
 // | sigma                 | 0.1 planted    | 0.3 DN of 200: planted are 17 sigma and more          |
 // | light refined back    | 3 sigma        | required; 11 numbers: one seed in 34                  |
 // | field, lamp           | 3 sigma        | required; 5 numbers: one seed in 74                   |
@@ -374,37 +369,6 @@ TEST(PlantedGroups, BlurOfACamera) {
   expect_found(twin, "camera_psf", {{"right.psf_px", variance}}, truth, same);
 }
 
-// In phase and in quadrature, beside harmonics that the twin knows, by the fit to convergence; the truth is
-// the double-precision reference's, which knows no Fourier series of a pattern. What is found is a twin's.
-TEST(PlantedGroups, HarmonicsOfTheFringes) {
-  Twin twin = window_on_the_sphere();
-  twin.fringes.steps = 8;
-  twin.projector->blur_px = 0.8;
-  DirectionFringes& fringes = twin.fringes.directions[0];
-  fringes.harmonics.assign(3, {{0.004, 0.0}});
-  Twin truth = twin;
-  const Harmonics planted{{0.008, -0.011}, {-0.003, 0.009}, {0.0, 0.005}, {0.004, -0.003}, {-0.004, 0.006}};
-  truth.fringes.directions[0].harmonics.assign(3, planted);
-  const Images images = traced_by_reference(truth);
-  const std::vector<CameraImages> frames = frames_of(rendered(twin));
-  Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
-  GroupFit fit(sensitivity, twin, parameters_of(twin, "harmonics"), {.exact = true});
-  fit.run();
-  EXPECT_TRUE(fit.converged());
-  ASSERT_EQ(fit.parameters().size(), 10u);  // orders 2 ... 6: 7 and 9 cannot be told from the fundamental
-  for (std::size_t k = 0; k < 10; ++k) {
-    const double value = k % 2 == 0 ? planted[k / 2].cosine : planted[k / 2].sine;
-    const GroupFit::Known& known = fit.known()[k];
-    EXPECT_NEAR(known.value, value, 3.0 * known.sigma) << fit.parameters()[k].name;
-    EXPECT_LT(known.sigma, 1e-3) << fit.parameters()[k].name;
-  }
-  EXPECT_LT(fit.chi2(), 1.05);
-  const Harmonics found = fit.twin().fringes.directions[0].harmonics_of(2);
-  ASSERT_EQ(found.size(), 5u);
-  EXPECT_EQ(found[0].cosine, fit.known()[0].value);
-  EXPECT_EQ(found[4].sine, fit.known()[9].value);
-}
-
 // Light and shifts of the images with a brightness and an offset of each pixel's own, which leave the two
 // nearly the same: fitted in turn they crept.
 TEST(PlantedGroups, LightAndShiftsOfPixelsOfTheirOwn) {
@@ -438,76 +402,6 @@ TEST(PlantedGroups, LightAndShiftsOfPixelsOfTheirOwn) {
                                       : std::log(truth.projector->light_factors[k - n_shifts + 1]) - mean;
     EXPECT_NEAR(fit.known()[k].value, value, 3.5 * fit.known()[k].sigma) << parameters[k].name;
   }
-}
-
-// Of two directions in the projector's image, beside harmonics that the twin lacks, too: the window is a
-// tenth of that image wide, so few terms are asked for.
-TEST(PlantedGroups, FieldOfTheHarmonics) {
-  Twin twin = window_on_the_sphere();
-  twin.fringes.steps = 8;
-  Twin truth = twin;
-  truth.fringes.directions[0].harmonics.assign(3, {{0.008, -0.011}, {-0.003, 0.009}});
-  truth.fringes.directions[0].harmonics_field = {{{0.05, 0.0}, {0.0, -0.06}}, {{0.0, 0.07}}};
-  const Images images = traced_by_reference(truth);
-  const std::vector<CameraImages> frames = frames_of(rendered(twin));
-  Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
-  std::vector<Parameter> parameters;
-  std::vector<double> planted;
-  const auto take = [&](const std::string& group, const std::string& name, double value) {
-    for (Parameter& p : parameters_of(twin, group))
-      if (p.name == name) parameters.push_back(std::move(p)), planted.push_back(value);
-  };
-  take("harmonics", "projector.harmonic.2", 0.008);
-  take("harmonics", "projector.harmonic.2.quadrature", -0.011);
-  take("harmonics", "projector.harmonic.3", -0.003);
-  take("harmonics", "projector.harmonic.3.quadrature", 0.009);
-  take("harmonics_field", "projector.harmonics_field.1_0.2", 0.05);
-  take("harmonics_field", "projector.harmonics_field.1_0.3.quadrature", -0.06);
-  take("harmonics_field", "projector.harmonics_field.0_1.2.quadrature", 0.07);
-  ASSERT_EQ(parameters.size(), 7u);
-  GroupFit fit(sensitivity, twin, parameters, {.exact = true});
-  fit.run();
-  EXPECT_TRUE(fit.converged());
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const GroupFit::Known& known = fit.known()[k];
-    EXPECT_NEAR(known.value, planted[k], 3.0 * known.sigma) << parameters[k].name;
-    EXPECT_LT(known.sigma, 0.02) << parameters[k].name;
-  }
-  EXPECT_LT(fit.chi2(), 1.05);
-  EXPECT_EQ(fit.twin().fringes.directions[0].harmonics_field[0][0].cosine, fit.known()[4].value);
-}
-
-// Of two pitches, beside that of the widest, which is not asked for; a response bends the fringes.
-TEST(PlantedGroups, ContrastOfThePitches) {
-  Twin twin = window_on_the_sphere();
-  twin.projector->response = {ProjectorResponse::Kind::gamma, 1.6, {}};
-  DirectionFringes& fringes = twin.fringes.directions[0];
-  fringes.contrast = {1.0, 1.0, 1.0};
-  const auto widest =
-      static_cast<std::size_t>(std::ranges::max_element(fringes.pitches_px) - fringes.pitches_px.begin());
-  Twin truth = twin;
-  std::vector<double>& planted = truth.fringes.directions[0].contrast;
-  for (std::size_t p = 0; p < 3; ++p)
-    if (p != widest) planted[p] = 0.98 - 0.03 * static_cast<double>(p);
-  const Images images = traced_by_reference(truth);
-  const std::vector<CameraImages> frames = frames_of(rendered(twin));
-  Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
-  GroupFit fit(sensitivity, twin, parameters_of(twin, "contrast"), {.exact = true});
-  fit.run();
-  EXPECT_TRUE(fit.converged());
-  ASSERT_EQ(fit.parameters().size(), 2u);
-  for (std::size_t p = 0, k = 0; p < 3; ++p) {
-    const double found = fit.twin().fringes.directions[0].contrast_of(p);
-    if (p == widest) {
-      EXPECT_EQ(found, 1.0);
-      continue;
-    }
-    const GroupFit::Known& known = fit.known()[k++];
-    EXPECT_EQ(found, known.value);
-    EXPECT_NEAR(found, planted[p], 3.0 * known.sigma) << p;
-    EXPECT_LT(known.sigma, 2e-3) << p;
-  }
-  EXPECT_LT(fit.chi2(), 1.05);
 }
 
 }  // namespace

@@ -529,9 +529,11 @@ Sensitivity::Values Sensitivity::scaled_column(const Values& other, const Parame
   Values out = other;
   for (std::size_t c = 0; c < out.size(); ++c)
     for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) {
-      const auto times = static_cast<float>(parameter.times(samples_[c].projector_px[p].cast<double>()));
+      const auto times = static_cast<float>(
+          parameter.times ? parameter.times(samples_[c].projector_px[p].cast<double>()) : 1.0);
       const std::size_t n = samples_[c].images.size();
-      for (std::size_t k = 0; k < n; ++k) out[c][p * n + k] *= times;
+      for (std::size_t k = 0; k < n; ++k)
+        out[c][p * n + k] *= times * static_cast<float>(parameter.times_in(samples_[c].images[k]));
     }
   return out;
 }
@@ -544,7 +546,8 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
       predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto other = std::ranges::find(parameters, parameters[k].does_as, &Parameter::name);
-    const bool is_known = other - parameters.begin() < static_cast<std::ptrdiff_t>(k) && knows_places();
+    const bool is_known = other - parameters.begin() < static_cast<std::ptrdiff_t>(k) &&
+                          (knows_places() || !parameters[k].times);
     out.each.push_back(
         is_known
             ? scaled_column(out.each[static_cast<std::size_t>(other - parameters.begin())], parameters[k])

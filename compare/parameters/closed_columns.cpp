@@ -132,45 +132,6 @@ Effect field_effect(LegendreOrders order, Vector2d size_px) {
   };
 }
 
-/// The fringes of one image lie `value` projector pixels further. E over the steps psi of its pitch, those
-/// that the twin's own shifts leave of them, is m + A cos psi + B sin psi, fitted; moved by the phase e the
-/// first harmonic A cos psi + B sin psi becomes cos e (A cos psi + B sin psi) + sin e (A sin psi - B cos
-/// psi).
-Effect image_shift_effect(int image, PatternSpec pattern, double pitch_px) {
-  return [=](const EffectInput& in, std::vector<float>& irradiance) {
-    const GridSamples& s = in.samples;
-    const std::vector<StepImage> steps =
-        steps_of_pitches(s, in.twin.fringes)[{pattern.direction, pattern.pitch}];
-    const auto at = std::ranges::find(s.images, image);
-    if (steps.size() < 3 || at == s.images.end()) return;
-    const auto shown_rad = [&](double step_rad, int of_image) {
-      const double shift_px = in.twin.projector->image_shift_px(static_cast<std::size_t>(of_image));
-      return step_rad - 2.0 * std::numbers::pi * shift_px / pitch_px;
-    };
-    Eigen::MatrixXd design(steps.size(), 3);
-    for (std::size_t q = 0; q < steps.size(); ++q) {
-      const double of_step = shown_rad(steps[q].step_rad, s.images[steps[q].at]);
-      design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(of_step), std::sin(of_step);
-    }
-    const double psi = shown_rad(2.0 * std::numbers::pi * pattern.step / in.twin.fringes.steps, image),
-                 moved = 2.0 * std::numbers::pi * (in.to - in.from) / pitch_px, lost = std::cos(moved) - 1.0,
-                 across = std::sin(moved);
-    // the change is linear in (m, A, B), and these in the pixel's values
-    const Eigen::RowVector3d of_harmonic(0.0, lost * std::cos(psi) + across * std::sin(psi),
-                                         lost * std::sin(psi) - across * std::cos(psi));
-    const Eigen::RowVectorXd weights =
-        of_harmonic * least_squares(design, Eigen::MatrixXd::Identity(design.rows(), design.rows()));
-    const auto k = static_cast<std::size_t>(at - s.images.begin());
-    for_pixels(s, irradiance, [&](std::size_t p, std::span<float> values) {
-      double change = 0.0;
-      for (std::size_t q = 0; q < steps.size(); ++q)
-        change += weights[static_cast<Eigen::Index>(q)] *
-                  static_cast<double>(in.before[p * values.size() + steps[q].at]);
-      shift(values[k], change);
-    });
-  };
-}
-
 /// Returns sum over the kernel of one pixel of an image; its part inside the image is scaled to unit sum.
 double blurred_at(const ImageF& image, int x, int y, const std::vector<double>& kernel) {
   const int reach = static_cast<int>(kernel.size()) - 1;
@@ -239,7 +200,8 @@ class ClosedList : private GroupList {
   std::vector<Parameter> run() {
     if (group_ == "light") add_light();
     if (group_ == "projector_field") add_field();
-    if (group_ == "image_shift") add_image_shifts();
+    if (group_ == "image_shift") add_all(image_shift_parameters(twin_, compared_images()));
+    if (group_ == "image_harmonics") add_all(image_harmonics_parameters(twin_, compared_images()));
     if (group_ == "motion") add_motion();
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
@@ -339,27 +301,6 @@ class ClosedList : private GroupList {
       // light that comes over another surface has passed another place of the projector's image
       p.is_closed = twin_.render.bounces == 0 && !twin_.room.has_lamp();
       p.largest = p.start + kMostField, p.smallest = p.start - kMostField;
-    }
-  }
-
-  void add_image_shifts() {
-    if (!twin_.projector) return;
-    for (const int image : compared_images()) {
-      const PatternSpec& pattern = patterns_[static_cast<std::size_t>(image)];
-      const DirectionFringes& direction =
-          twin_.fringes.directions[static_cast<std::size_t>(pattern.direction)];
-      const auto at = static_cast<std::size_t>(image);
-      Parameter& p = add(
-          fmt::format("image_{}.shift_px", image), "px", twin_.projector->image_shift_px(at), 0.03,
-          image_shift_effect(image, pattern, direction.pitches_px[static_cast<std::size_t>(pattern.pitch)]));
-      if (twin_.projector->pixel_structure) {
-        p.instead = "leave it out, or pixel_structure: the raster would stay, and twin.toml takes no shifts";
-        continue;
-      }
-      p.change = [at, n = patterns_.size()](Twin& t, double d) {
-        t.projector->image_shifts_px.resize(n, 0.0);
-        t.projector->image_shifts_px[at] += d;
-      };
     }
   }
 

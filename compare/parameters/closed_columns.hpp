@@ -8,11 +8,11 @@
 namespace fringetwin::compare {
 
 /// Returns the parameters of the groups light, exposure and timing (of the phase steps `use_steps`, all where
-/// it is empty), room_light, camera_response, camera_knee, projector_field, image_shift, motion and
-/// camera_psf; none of others. Their `effect` gives derivatives (that of timing is left out where images that
-/// are not compared stand beside the image); `instead` is empty but for image_shift beside pixel_structure.
-/// `change` is there for those that a key of twin.toml holds: light, exposure, timing, camera_knee,
-/// projector_field, and image_shift without pixel_structure.
+/// it is empty), room_light, camera_response, camera_knee, projector_field, image_shift, image_harmonics,
+/// motion and camera_psf; none of others. Their `effect` gives derivatives (that of timing is left out where
+/// images that are not compared stand beside the image); `instead` is empty but for image_shift beside
+/// pixel_structure. `change` is there for those that a key of twin.toml holds: light, exposure, timing,
+/// camera_knee, projector_field, image_harmonics, and image_shift without pixel_structure.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 
@@ -20,6 +20,11 @@ std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& gr
 /// the camera's read-out (timing_columns.cpp).
 std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
                                          const std::vector<int>& compared);
+
+/// Returns the parameters of the groups image_shift and image_harmonics, of these images of the sequence
+/// (image_columns.cpp).
+std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vector<int>& compared);
+std::vector<Parameter> image_harmonics_parameters(const Twin& twin, const std::vector<int>& compared);
 
 /// Returns the irradiance of a pixel in an image of the sequence that the projector's light factor leaves as
 /// it is: the twin's light of the room (with a lamp: find_room_light()), and the offset of the camera's

@@ -55,9 +55,16 @@ struct Parameter {
   std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without
   std::string instead = {};  ///< what to do where refined.toml cannot hold the value; empty where it can
   /// Name of another parameter of which this one does so many times as much, by the place in the projector's
-  /// image that lights a pixel: beside it no rendering is needed for its derivative. Empty: none.
+  /// image that lights a pixel, or in these images of the sequence alone: beside it no rendering is needed
+  /// for its derivative. Empty: none.
   std::string does_as = {};
   std::function<double(const Eigen::Vector2d& projector_px)> times = {};
+  std::vector<std::pair<int, double>> times_in_images = {};
+  double times_in(int image) const {
+    if (times_in_images.empty()) return 1.0;
+    const auto found = std::ranges::find(times_in_images, image, &std::pair<int, double>::first);
+    return found == times_in_images.end() ? 0.0 : found->second;
+  }
 
   /// Returns the value, or its standard error, as a user reads it: of a variance the root.
   double shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }

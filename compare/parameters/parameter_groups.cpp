@@ -73,6 +73,11 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"harmonics_high",
        "harmonics 8 to 16 of the projected fringe, in phase and in quadrature (9 steps or more)",
        "fine structure of the projected fringe (harmonics 8 to 16)", "", "", false},
+      {"image_harmonics",
+       "waveform of the fringes of each image beside that of all: contrast, harmonics 2 to 7 (6 steps or "
+       "more)",
+       "the form of the fringe differs from image to image (image_harmonics)", "",
+       "let each exposure hold whole frames of the projector", false},
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},

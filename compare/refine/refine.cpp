@@ -343,9 +343,10 @@ class Refiner {
     const Parameter& p = parameters_[k];
     const GroupFit::Known& known = fit.known()[k];
     const double sigma = p.shown_sigma(known.value, known.sigma), value = p.shown(known.value);
-    // a place, and the light of an image beside that of the others: nothing may be its finding
+    // a place, and what an image has beside the others: nothing may be its finding
     const bool may_be_none = (is_geometric(p.group) && p.group != "lens") || p.group == "light" ||
-                             p.group == "exposure" || p.group == "image_shift" || p.group == "timing";
+                             p.group == "exposure" || p.group == "image_shift" || p.group == "timing" ||
+                             p.group == "image_harmonics";
     return !may_be_none && sigma > std::max(std::abs(value), std::abs(value - p.shown(p.start)));
   }
 

@@ -253,6 +253,31 @@ TEST(Refine, ShiftsOfImagesAreWrittenAsTheyAreRead) {
   EXPECT_THROW(check_refine(before, {"image_shift"}), UserError);
 }
 
+TEST(Refine, WaveformsOfImagesAreWrittenAsTheyAreRead) {
+  const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {64, 48}, "test");
+  Twin before = ball_at(5.0);
+  before.projector = Projector{.lens = lens, .T_proj_world = Pose{}, .response = {}};
+  before.fringes.directions = {{Axis::x, {13}, {0}, {}}};
+  before.fringes.unwrap = Unwrap::none;
+  before.fringes.steps = 6;
+  const std::vector<Parameter> all = parameters_of(before, "image_harmonics", {1, 4});
+  ASSERT_EQ(all.size(), 7u);  // of the second image, orders 1 to 4: a shift is none
+  EXPECT_EQ(all[0].name, "image_4.harmonic.1");
+  EXPECT_EQ(all[2].name, "image_4.harmonic.2.quadrature");
+  Eigen::VectorXd values = start_values(all);
+  values[0] = -0.0625, values[2] = 0.25;
+  const Twin after = with_values(before, all, values);
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[fringes]\nimage_harmonics = [[], [[0.0625, 0], [0, -0.25]], [], [], "
+                                   "[[-0.0625, 0], [0, 0.25]], []]\n"));
+  // beside what the twin has already: values are those over the mean
+  const std::vector<Parameter> again = parameters_of(after, "image_harmonics", {1, 4});
+  EXPECT_EQ(again[0].start, -0.0625);
+  EXPECT_EQ(again[2].start, 0.25);
+  before.fringes.steps = 5;
+  EXPECT_TRUE(parameters_of(before, "image_harmonics").empty());
+}
+
 TEST(Refine, SizeAndGlossAreWrittenWhereTheTwinHasThem) {
   const Twin before = ball_at(5.0);
   Twin after = before;

@@ -142,9 +142,9 @@ std::string harmonics_text(const DirectionFringes& direction) {
   return fmt::format("[{}]", fmt::join(lists, ", "));
 }
 
-std::string harmonics_field_text(const DirectionFringes& direction) {
+std::string lists_text(const std::vector<Harmonics>& all) {
   std::vector<std::string> lists;
-  for (const Harmonics& term : direction.harmonics_field) lists.push_back(harmonics_text(term));
+  for (const Harmonics& list : all) lists.push_back(harmonics_text(list));
   return fmt::format("[{}]", fmt::join(lists, ", "));
 }
 
@@ -154,16 +154,19 @@ std::vector<double> contrasts(const DirectionFringes& direction) {
   return all;
 }
 
-/// The keys of each direction that differ: they win over those of [fringes].
+/// The keys of each direction that differ (they win over those of [fringes]), and those of single images.
 void add_fringes(std::vector<TomlBlock>& blocks, const Fringes& before, const Fringes& after) {
   for (std::size_t d = 0; d < after.directions.size(); ++d) {
     const DirectionFringes &now = after.directions[d], &then = before.directions[d];
     ChangedKeys keys({.table = {"fringes", axis_name(now.axis)}});
     keys.key("harmonics", harmonics_text(then), harmonics_text(now));
-    keys.key("harmonics_field", harmonics_field_text(then), harmonics_field_text(now));
+    keys.key("harmonics_field", lists_text(then.harmonics_field), lists_text(now.harmonics_field));
     keys.key("contrast", numbers(contrasts(then)), numbers(contrasts(now)));
     keys.append_to(blocks);
   }
+  ChangedKeys keys({.table = {"fringes"}});
+  keys.key("image_harmonics", lists_text(before.image_harmonics), lists_text(after.image_harmonics));
+  keys.append_to(blocks);
 }
 
 void add_object(std::vector<TomlBlock>& blocks, const Object& before, const Object& after) {

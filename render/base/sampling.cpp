@@ -73,7 +73,7 @@ std::vector<double> shown_harmonics(const Twin& twin) {
 double harmonic_size(const Twin& twin, const std::vector<double>& shown, const DirectionFringes& direction,
                      std::size_t pitch, int order) {
   const Harmonics& added = direction.harmonics_of(pitch);
-  const std::vector<double> more = direction.harmonics_field_sizes();
+  const std::vector<double> more = twin.fringes.more_harmonics(direction);
   const auto i = static_cast<std::size_t>(order - 2);
   double size = i < added.size() ? std::hypot(added[i].cosine, added[i].sine) : 0.0;
   if (i < more.size()) size += more[i];

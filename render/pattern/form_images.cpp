@@ -79,7 +79,7 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   const double pitch_px = twin.fringes.directions[d].pitches_px[p];
   const double delta = kTwoPi * (static_cast<double>(spec.step) / twin.fringes.steps -
                                  twin.projector->image_shift_px(index) / pitch_px);
-  const PhaseSeries& series = transport.series[d][p];
+  const PhaseSeries series = series_of_image(twin, transport.series[d][p], spec, index);
   const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
   recipe.level = static_cast<float>(light.projector * a[0]);
@@ -214,8 +214,9 @@ void add_references(const Twin& twin, const Transport& transport, RenderedCamera
 
 }  // namespace
 
-// Forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k d) C_k - (a_k sin k d - b_k cos k d) S_k),
-// or ambient + the image evaluated directly, each with the factors of its image.
+// With a_k and b_k of the pitch and the image: forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k
+// d) C_k - (a_k sin k d - b_k cos k d) S_k), or ambient + the image evaluated directly, each with the factors
+// of its image.
 std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, const Transport& transport,
                                 std::optional<ImageRange> range) {
   const auto sequence = expand_sequence(twin.fringes);

@@ -57,7 +57,7 @@ DirectSlot periodic_slot(const Twin& twin, const PatternSpec& spec, std::size_t 
   // Nodes over a spread of light of one turn: half the phase of the highest harmonic.
   if (twin.projector->optics || twin.has_subsurface())
     slot.b[2] = std::numbers::pi * count_harmonics(*twin.projector, twin.fringes, d.pitches_px[p], 1e-6,
-                                                   d.harmonics_of(p), d.harmonics_field_sizes());
+                                                   d.harmonics_of(p), twin.fringes.more_harmonics(d));
   return slot;
 }
 
@@ -202,6 +202,9 @@ void refuse_combinations(const Twin& twin) {
     refuse(
         "harmonics that vary over the projector's image cannot be combined with its pixels or with bounces",
         "leave out harmonics_field");
+  if (twin.fringes.has_image_harmonics() && p.pixel_structure)
+    refuse("harmonics of single images cannot be combined with the projector's pixels",
+           "leave out image_harmonics");
   if (twin.has_subsurface() && (p.pixel_structure || p.optics || images))
     refuse(
         "light below surfaces cannot be combined with the projector's pixels, its defocus or pattern images",

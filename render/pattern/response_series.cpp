@@ -86,7 +86,7 @@ SeriesTable largest_series(const Twin& twin, const SeriesTable& series) {
   SeriesTable out = series;
   for (std::size_t d = 0; d < out.size(); ++d) {
     const DirectionFringes& direction = twin.fringes.directions[d];
-    const std::vector<double> more = direction.harmonics_field_sizes();
+    const std::vector<double> more = twin.fringes.more_harmonics(direction);
     for (std::size_t p = 0; p < out[d].size(); ++p) {
       PhaseSeries added;
       added.a.assign(out[d][p].a.size(), 0.0);
@@ -119,6 +119,24 @@ SeriesOfField field_series(const Twin& twin, const SeriesTable& series) {
         give_halo(*twin.projector, direction.pitches_px[p], &of_term);
       }
   }
+  return out;
+}
+
+PhaseSeries series_of_image(const Twin& twin, const PhaseSeries& of_pitch, const PatternSpec& spec,
+                            std::size_t image) {
+  const Harmonics& own = twin.fringes.harmonics_of_image(image);
+  PhaseSeries out = of_pitch, added;
+  if (own.empty()) return out;
+  const DirectionFringes& direction = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  const auto p = static_cast<std::size_t>(spec.pitch);
+  added.a.assign(out.a.size(), 0.0);
+  added.b = added.a;
+  for (std::size_t k = 1; k < std::min(added.a.size(), own.size() + 1); ++k)
+    added.a[k] = own[k - 1].cosine, added.b[k] = own[k - 1].sine;
+  give_contrast(direction.contrast_of(p), &added);
+  give_halo(*twin.projector, direction.pitches_px[p], &added);
+  out.b.resize(out.a.size(), 0.0);
+  for (std::size_t k = 1; k < out.a.size(); ++k) out.a[k] += added.a[k], out.b[k] += added.b[k];
   return out;
 }
 
@@ -158,7 +176,7 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
     if (twin.projector->pixel_structure || twin.fringes.steps == 0) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
       carried.back()[p] = short_series(*twin.projector, twin.fringes, d.pitches_px[p], bound, kMostPairs,
-                                       d.harmonics_of(p), d.harmonics_field_sizes());
+                                       d.harmonics_of(p), twin.fringes.more_harmonics(d));
       give_contrast(d.contrast_of(p), &carried.back()[p]);
       give_halo(*twin.projector, d.pitches_px[p], &carried.back()[p]);
     }
@@ -168,11 +186,12 @@ SeriesTable choose_series(const Twin& twin, PatternMethod method, std::optional<
                            twin.fringes.steps > 0 && twin.fringes.waveform.kind == Waveform::Kind::sine;
   // The direct way of a defocused pattern is a quadrature for each step and sample, and so is that of light
   // below surfaces; a blur that varies has none.
-  const bool carry = pure || method == PatternMethod::harmonics ||
-                     (method == PatternMethod::automatic &&
-                      (added_alone || twin.fringes.has_harmonics_field() || twin.projector->optics ||
-                       twin.projector->has_blur_field() || twin.has_subsurface() ||
-                       series_cost(twin, carried) < series_cost(twin, direct)));
+  const bool carry =
+      pure || method == PatternMethod::harmonics ||
+      (method == PatternMethod::automatic &&
+       (added_alone || twin.fringes.has_harmonics_field() || twin.fringes.has_image_harmonics() ||
+        twin.projector->optics || twin.projector->has_blur_field() || twin.has_subsurface() ||
+        series_cost(twin, carried) < series_cost(twin, direct)));
   return carry ? carried : direct;
 }
 

@@ -34,9 +34,14 @@ int count_harmonics(const Projector& projector, const Fringes& fringes, double p
 SeriesTable choose_series(const Twin& twin, PatternMethod method = PatternMethod::automatic,
                           std::optional<double> phase_error_rad = {});
 
-/// Returns series of the same lengths, as large as those at any place of the projector's image.
+/// Returns series of the same lengths, as large as those at any place of the projector's image and in any
+/// image of the sequence.
 SeriesTable largest_series(const Twin& twin, const SeriesTable& series);
 /// Returns what the series have more per term of the harmonics' field, of the same lengths.
 SeriesOfField field_series(const Twin& twin, const SeriesTable& series);
+/// Returns the series of one image of the sequence, a phase step: that of its pitch with the harmonics of the
+/// image.
+PhaseSeries series_of_image(const Twin& twin, const PhaseSeries& of_pitch, const PatternSpec& spec,
+                            std::size_t image);
 
 }  // namespace fringetwin::render

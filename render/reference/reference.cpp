@@ -100,7 +100,8 @@ Reference::Impl::Impl(const Twin& t) : twin(t), scene(twin, farthest_start_mm(tw
         twin.projector->response.kind == ProjectorResponse::Kind::linear && !twin.projector->pixel_structure;
     sequence = expand_sequence(twin.fringes);
     for (std::size_t i = 0; i < sequence.size() && !sequence[i].is_image(); ++i)  // images are the last ones
-      patterns.emplace_back(twin, sequence[i], twin.projector->image_shift_px(i));
+      patterns.emplace_back(twin, sequence[i], twin.projector->image_shift_px(i),
+                            twin.fringes.harmonics_of_image(i));
     if (twin.has_subsurface()) spectra = pattern_spectra(twin, patterns);
   }
 }

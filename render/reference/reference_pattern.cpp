@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "render/base/quadrature.hpp"
 
@@ -103,8 +104,13 @@ double reference_shown_level(const Projector& projector, const ImageF& levels, c
   return sum;
 }
 
-ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px)
-    : projector_(*twin.projector), fringes_(twin.fringes), spec_(pattern), shift_px_(shift_px) {
+ReferencePattern::ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px,
+                                   Harmonics of_image)
+    : projector_(*twin.projector),
+      fringes_(twin.fringes),
+      spec_(pattern),
+      of_image_(std::move(of_image)),
+      shift_px_(shift_px) {
   const DirectionFringes& d = fringes_.directions.at(spec_.direction);
   axis_ = d.axis;
   const std::size_t p = spec_.is_gray() ? 0 : static_cast<std::size_t>(spec_.pitch);
@@ -147,10 +153,11 @@ double ReferencePattern::frame_buffer(long pixel) const {
 }
 
 // The added harmonics, each a wave of its own with the blur's and the disk's Fourier transforms.
-double ReferencePattern::harmonics(const Harmonics& list, double x, double radius, double sigma) const {
+double ReferencePattern::harmonics(const Harmonics& list, double x, double radius, double sigma,
+                                   int lowest) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const double wave_px = pitch_px_ / static_cast<double>(i + 2);  // wavelength
+    const double wave_px = pitch_px_ / (lowest + static_cast<double>(i));  // wavelength
     const double crest_px = origin_px_ - pitch_px_ * spec_.step / fringes_.steps +
                             wave_px * std::atan2(list[i].sine, list[i].cosine) / (2.0 * pi);
     const double u = pi * sigma / wave_px, v = 2.0 * pi * radius / wave_px;
@@ -301,7 +308,7 @@ double ReferencePattern::spread_light(const Harmonics& list, double x, double ra
     return (!sine                         ? waveform(x, radius, sigma)
             : projector_.has_blur_field() ? convolve(x, sigma)
                                           : smooth(x, radius, further_px)) +
-           harmonics(list, x, radius, sigma);
+           harmonics(list, x, radius, sigma) + harmonics(of_image_, x, radius, sigma, 1);
   }
   const DirectionFringes& d = fringes_.directions[spec_.direction];
   return sum_pieces(x, radius, 0.5 * pitch_px_,

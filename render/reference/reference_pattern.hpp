@@ -26,15 +26,17 @@ double reference_shown_level(const Projector& projector, const ImageF& levels, c
 /// One image of the sequence, without the factors of gaps and field.
 class ReferencePattern {
  public:
-  /// `shift_px`: by how much it lies further along its axis.
-  ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px = 0.0);
+  /// `shift_px`: by how much it lies further along its axis. `of_image`: harmonics of the orders 1, 2, ...
+  /// besides those of its pitch.
+  ReferencePattern(const Twin& twin, const PatternSpec& pattern, double shift_px = 0.0,
+                   Harmonics of_image = {});
   double operator()(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
 
  private:
   double response(double value) const;
   double frame_buffer(long pixel) const;
   Harmonics harmonics_at(const Eigen::Vector2d& q_px) const;
-  double harmonics(const Harmonics& list, double x, double radius, double sigma) const;
+  double harmonics(const Harmonics& list, double x, double radius, double sigma, int lowest = 2) const;
   double full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
   double spread_light(const Harmonics& list, double x, double radius, double sigma, double further_px) const;
   double mean_over_a_period() const;
@@ -47,6 +49,7 @@ class ReferencePattern {
   Projector projector_;
   Fringes fringes_;
   PatternSpec spec_;
+  Harmonics of_image_;
   Axis axis_ = Axis::x;
   double pitch_px_ = 1.0, origin_px_ = 0.0, shift_px_ = 0.0;
   double contrast_ = 1.0, mean_ = 0.0;  ///< of the pitch; the mean over a period, where a contrast is stated

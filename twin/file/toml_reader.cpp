@@ -317,12 +317,15 @@ std::optional<std::vector<std::vector<std::vector<double>>>> TomlTable::lists_of
     }
     return out;
   };
-  // Rows hold no arrays, lists of rows do.
-  const bool lists = std::any_of(array->begin(), array->end(), [](const toml::node& entry) {
+  // Rows hold no arrays, lists of rows do; and where all are empty they are lists without rows.
+  const auto is_list = [](const toml::node& entry) {
     const toml::array* inner = entry.as_array();
     return inner != nullptr &&
            std::any_of(inner->begin(), inner->end(), [](const toml::node& node) { return node.is_array(); });
-  });
+  };
+  const auto is_empty = [](const toml::node& entry) { return entry.is_array() && entry.as_array()->empty(); };
+  const bool lists = std::any_of(array->begin(), array->end(), is_list) ||
+                     (!array->empty() && std::all_of(array->begin(), array->end(), is_empty));
   std::vector<std::vector<std::vector<double>>> all;
   if (!lists) {
     all.push_back(read_rows(*array, ""));

@@ -47,7 +47,8 @@ class TomlTable {
   std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& choices) const;
   std::string required_choice(const std::string& key, const std::vector<std::string>& choices) const;
   std::optional<std::vector<double>> numbers(const std::string& key, const NumberRange& range = {}) const;
-  /// Lists of rows of `columns` numbers: one list where the array holds rows, else a list per entry.
+  /// Lists of rows of `columns` numbers: one list where the array holds rows, else a list per entry; entries
+  /// that are all empty are lists.
   std::optional<std::vector<std::vector<std::vector<double>>>> lists_of_rows(
       const std::string& key, std::size_t columns, const NumberRange& range = {}) const;
   std::optional<std::vector<std::string>> strings(const std::string& key) const;

@@ -34,6 +34,7 @@ Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& s
   twin.projector = read_projector(root, context);
   twin.fringes = read_fringes(root);
   twin.fringes.images = read_pattern_images(root, twin.projector, context);
+  read_image_harmonics(root, twin);
   twin.room = read_room(root, twin);
   read_light_factors(root, twin);
   twin.objects = read_objects(root, context);

@@ -29,6 +29,8 @@ Fringes read_fringes(const TomlTable& root);
 std::vector<PatternImage> read_pattern_images(const TomlTable& root,
                                               const std::optional<Projector>& projector,
                                               const TwinFileContext& context);
+/// [fringes] image_harmonics: `twin` has its whole sequence and its projector already.
+void read_image_harmonics(const TomlTable& root, Twin& twin);
 /// `twin`: its projector is there already.
 Room read_room(const TomlTable& root, const Twin& twin);
 /// The factors, shifts and exposures of each image of the sequence, of cameras and projector: `twin` has its

@@ -54,12 +54,12 @@ std::vector<double> read_pitches(const TomlTable& table) {
   return pitches;
 }
 
-/// Returns one list of pairs, and adds their sizes to `sum`.
+/// Returns one list of pairs, of the orders from the lowest on, and adds their sizes to `sum`.
 Harmonics read_pairs(const TomlTable& table, const std::string& key,
-                     const std::vector<std::vector<double>>& rows, double& sum) {
-  if (rows.size() + 1 > static_cast<std::size_t>(kHighestHarmonic))
-    table.fail(key, fmt::format("has {} pairs: the harmonics 2 ... {} are {}", rows.size(), kHighestHarmonic,
-                                kHighestHarmonic - 1));
+                     const std::vector<std::vector<double>>& rows, double& sum, int lowest = 2) {
+  if (const int most = kHighestHarmonic + 1 - lowest; static_cast<int>(rows.size()) > most)
+    table.fail(key, fmt::format("has {} pairs: the harmonics {} ... {} are {}", rows.size(), lowest,
+                                kHighestHarmonic, most));
   Harmonics list;
   for (const std::vector<double>& row : rows) {
     list.push_back({row[0], row[1]});
@@ -244,7 +244,8 @@ Fringes read_fringes(const TomlTable& root) {
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
   table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px",
-               "waveform", "harmonics", "harmonics_field", "contrast", "gray", "images", "x", "y"});
+               "waveform", "harmonics", "harmonics_field", "image_harmonics", "contrast", "gray", "images",
+               "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)
@@ -275,6 +276,31 @@ Fringes read_fringes(const TomlTable& root) {
   check_unwrap(table, fringes);
   check_length(table, fringes);
   return fringes;
+}
+
+void read_image_harmonics(const TomlTable& root, Twin& twin) {
+  static const std::string key = "image_harmonics";
+  const TomlTable table = *root.table("fringes");
+  const auto lists = table.lists_of_rows(key, 2, NumberRange::between(-1.0, 1.0));
+  if (!lists) return;
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  if (lists->size() != sequence.size())
+    table.fail(
+        key, fmt::format("has {} lists of pairs, the sequence has {} images", lists->size(), sequence.size()),
+        "give a list for each image, in the order of their numbers: [] where there are none");
+  std::vector<Harmonics>& harmonics = twin.fringes.image_harmonics;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    double sum = 0.0;
+    harmonics.push_back(read_pairs(table, key, (*lists)[i], sum, 1));
+    check_sum(table, key, sum);
+    if (sequence[i].kind != PatternSpec::Kind::phase_step && sum > 0.0)
+      table.fail(key, fmt::format("has harmonics of image {}, which is no phase step and has no phase", i),
+                 "use []");
+  }
+  if (!twin.fringes.has_image_harmonics()) harmonics.clear();
+  if (twin.fringes.has_image_harmonics() && twin.projector && twin.projector->pixel_structure)
+    table.fail(key,
+               "cannot be combined with pixel_structure: its pixels show the same waveform in all images");
 }
 
 std::vector<PatternImage> read_pattern_images(const TomlTable& root,

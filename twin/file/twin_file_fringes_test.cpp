@@ -66,6 +66,38 @@ TEST_F(TwinFileFringes, FieldOfTheHarmonics) {
     EXPECT_THROW(load(head + "harmonics_field = " + bad + "\n"), UserError) << bad;
 }
 
+// A list of pairs per image, from the first order on; images that are no phase steps have none.
+TEST_F(TwinFileFringes, HarmonicsOfSingleImages) {
+  const std::string head = kHead + kCamera + kProjector +
+                           "[fringes]\ndirections = [\"x\"]\npitches_px = [16]\nsteps = 3\n"
+                           "unwrap = \"gray\"\n[fringes.gray]\nbits = 2\n",
+                    key = "image_harmonics = ";
+  const auto text = [&](const std::string& lists) {
+    return with(head, "steps", "steps = 3\n" + key + lists);
+  };
+  EXPECT_FALSE(load(head).fringes.has_image_harmonics());
+  const Fringes fringes = load(text("[[], [[-0.25, 0], [0.5, 0.125]], [], [], []]")).fringes;
+  EXPECT_TRUE(fringes.has_image_harmonics());
+  EXPECT_TRUE(fringes.has_harmonics());
+  EXPECT_EQ(fringes.harmonics_of_image(1), (Harmonics{{-0.25, 0.0}, {0.5, 0.125}}));
+  EXPECT_TRUE(fringes.harmonics_of_image(0).empty());
+  EXPECT_TRUE(fringes.harmonics_of_image(99).empty());
+  ASSERT_EQ(fringes.more_harmonics(fringes.directions[0]).size(), 1u);
+  EXPECT_EQ(fringes.more_harmonics(fringes.directions[0])[0], std::hypot(0.5, 0.125));
+  EXPECT_EQ(fringes.largest_contrast(), 1.5);
+  EXPECT_FALSE(load(text("[[], [], [], [], []]")).fringes.has_image_harmonics());
+  EXPECT_FALSE(load(text("[[], [[0, 0]], [], [], []]")).fringes.has_image_harmonics());
+  const auto wrong = [&](const std::string& lists) { return error(text(lists), "image_harmonics"); };
+  EXPECT_THAT(wrong("[[], [[0.1, 0]]]"), HasSubstr("has 2 lists of pairs, the sequence has 5 images"));
+  EXPECT_THAT(wrong("[[], [], [], [[0.1, 0]], []]"),
+              HasSubstr("harmonics of image 3, which is no phase step"));
+  EXPECT_THAT(wrong("[[[0.9, 0], [0.2, 0]], [], [], [], []]"), HasSubstr("add up to 1.1 of the full scale"));
+  EXPECT_THAT(wrong("[[[0.1]], [], [], [], []]"), HasSubstr("must have 2 numbers, has 1"));
+  EXPECT_THAT(error(with(text("[[], [[0.1, 0]], [], [], []]"), "blur_px", "pixel_structure = true"),
+                    "image_harmonics"),
+              HasSubstr("cannot be combined with pixel_structure"));
+}
+
 // A contrast for all pitches, for each, and of one direction alone; out of range, or not one per pitch.
 TEST_F(TwinFileFringes, ContrastOfTheFringes) {
   const std::string head = kHead + kCamera +

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parameters of what the fringes of each image have of their own, where they lie and their waveform, and what
+// a change of them does to gray values: as far as it needs no rendering, by the fringe that the pixel's other
+// steps tell.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "compare/parameters/closed_columns.hpp"
+#include "render/pattern/waveform.hpp"
+#include "twin/lens/linear.hpp"
+
+namespace fringetwin::compare {
+namespace {
+
+constexpr int kStepsForWaveforms = 6, kHighestOrder = 7;  ///< as of the group harmonics
+
+/// The first harmonic of one image in a pixel, from all steps of its pitch that are there.
+struct FringeOfImage {
+  std::size_t at = 0;                  ///< of the image among the samples
+  std::vector<StepImage> steps;        ///< of its pitch
+  Eigen::RowVectorXd in_phase, ahead;  ///< weights of the steps: R cos and R sin of the fringe's phase
+};
+
+/// Returns it where there are 3 steps or more. E over the steps psi of a pitch, those that the twin's own
+/// shifts leave of them, is m + A cos psi + B sin psi, fitted: linear in the pixel's values. In an image R
+/// cos theta = A cos psi + B sin psi and R sin theta = A sin psi - B cos psi.
+std::optional<FringeOfImage> fringe_of(const Twin& twin, const GridSamples& s, int image) {
+  const PatternSpec pattern = expand_sequence(twin.fringes)[static_cast<std::size_t>(image)];
+  const double pitch_px = twin.fringes.directions[static_cast<std::size_t>(pattern.direction)]
+                              .pitches_px[static_cast<std::size_t>(pattern.pitch)];
+  FringeOfImage fringe;
+  fringe.steps = steps_of_pitches(s, twin.fringes)[{pattern.direction, pattern.pitch}];
+  const auto at = std::ranges::find(s.images, image);
+  if (fringe.steps.size() < 3 || at == s.images.end()) return std::nullopt;
+  fringe.at = static_cast<std::size_t>(at - s.images.begin());
+  const auto shown_rad = [&](double step_rad, int of_image) {
+    const double shift_px = twin.projector->image_shift_px(static_cast<std::size_t>(of_image));
+    return step_rad - 2.0 * std::numbers::pi * shift_px / pitch_px;
+  };
+  Eigen::MatrixXd design(fringe.steps.size(), 3);
+  for (std::size_t q = 0; q < fringe.steps.size(); ++q) {
+    const double of_step = shown_rad(fringe.steps[q].step_rad, s.images[fringe.steps[q].at]);
+    design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(of_step), std::sin(of_step);
+  }
+  const Eigen::MatrixXd fitted = least_squares(design, Eigen::MatrixXd::Identity(design.rows(), design.rows()));
+  const double psi = shown_rad(2.0 * std::numbers::pi * pattern.step / twin.fringes.steps, image);
+  fringe.in_phase = std::cos(psi) * fitted.row(1) + std::sin(psi) * fitted.row(2);
+  fringe.ahead = std::sin(psi) * fitted.row(1) - std::cos(psi) * fitted.row(2);
+  return fringe;
+}
+
+/// Adds `in_phase` times R cos theta and `ahead` times R sin theta to an image.
+void add_fringe(const std::optional<FringeOfImage>& fringe, double in_phase, double ahead,
+                const EffectInput& in, std::vector<float>& irradiance) {
+  if (!fringe) return;
+  const Eigen::RowVectorXd weights = in_phase * fringe->in_phase + ahead * fringe->ahead;
+  const std::size_t n = in.samples.images.size();
+#pragma omp parallel for schedule(static)
+  for (std::size_t p = 0; p < in.samples.n_pixels(); ++p) {
+    double change = 0.0;
+    for (std::size_t q = 0; q < fringe->steps.size(); ++q)
+      change += weights[static_cast<Eigen::Index>(q)] *
+                static_cast<double>(in.before[p * n + fringe->steps[q].at]);
+    float& value = irradiance[p * n + fringe->at];
+    value = static_cast<float>(static_cast<double>(value) + change);
+  }
+}
+
+const DirectionFringes& direction_of(const Twin& twin, const PatternSpec& pattern) {
+  return twin.fringes.directions[static_cast<std::size_t>(pattern.direction)];
+}
+
+/// Lists the parameters of one group.
+class ImageList : private GroupList {
+ public:
+  ImageList(const Twin& twin, std::string group, const std::vector<int>& compared)
+      : GroupList(std::move(group)),
+        twin_(twin),
+        compared_(compared),
+        patterns_(expand_sequence(twin.fringes)) {}
+
+  /// The fringes of one image lie `value` projector pixels further: moved by the phase e their first harmonic
+  /// R cos theta becomes cos e R cos theta + sin e R sin theta.
+  std::vector<Parameter> shifts() {
+    for (const int image : compared_) {
+      const PatternSpec& pattern = patterns_[static_cast<std::size_t>(image)];
+      const double pitch_px =
+          direction_of(twin_, pattern).pitches_px[static_cast<std::size_t>(pattern.pitch)];
+      const auto at = static_cast<std::size_t>(image);
+      Parameter& p = add(fmt::format("image_{}.shift_px", image), "px", twin_.projector->image_shift_px(at),
+                         0.03, [image, pitch_px](const EffectInput& in, std::vector<float>& irradiance) {
+                           const double moved = 2.0 * std::numbers::pi * (in.to - in.from) / pitch_px;
+                           add_fringe(fringe_of(in.twin, in.samples, image), std::cos(moved) - 1.0,
+                                      std::sin(moved), in, irradiance);
+                         });
+      if (twin_.projector->pixel_structure) {
+        p.instead = "leave it out, or pixel_structure: the raster would stay, and twin.toml takes no shifts";
+        continue;
+      }
+      p.change = [at, n = patterns_.size()](Twin& t, double d) {
+        t.projector->image_shifts_px.resize(n, 0.0);
+        t.projector->image_shifts_px[at] += d;
+      };
+    }
+    return std::move(list_);
+  }
+
+  /// What the fringes of an image have more than those of all together, whose mean the group harmonics and
+  /// the gain tell: the first image has minus the sum of the others. Of the first order only the part in
+  /// phase: the other one is a shift.
+  std::vector<Parameter> harmonics() {
+    const int most = std::min(kHighestOrder, twin_.fringes.steps - 2);
+    for (std::size_t i = 1; i < compared_.size(); ++i)
+      for (int k = 1; k <= most; ++k) {
+        add_part(compared_[i], k, "", &Harmonic::cosine);
+        if (k > 1) add_part(compared_[i], k, ".quadrature", &Harmonic::sine);
+      }
+    return std::move(list_);
+  }
+
+ private:
+  double value_of(int image, int order, double Harmonic::*part) const {
+    const Harmonics& list = twin_.fringes.harmonics_of_image(static_cast<std::size_t>(image));
+    const auto i = static_cast<std::size_t>(order - 1);
+    return i < list.size() ? list[i].*part : 0.0;
+  }
+
+  void add_part(int image, int order, const char* name, double Harmonic::*part) {
+    const int first = compared_.front();
+    double mean = 0.0;
+    for (const int of : compared_) mean += value_of(of, order, part) / static_cast<double>(compared_.size());
+    Parameter& p =
+        add(fmt::format("image_{}.harmonic.{}{}", image, order, name), "", value_of(image, order, part) - mean,
+            1e-3, [=, n = patterns_.size()](Twin& t, double d) {
+              t.fringes.image_harmonics.resize(n);
+              for (const auto& [of, change] : {std::pair{image, d}, std::pair{first, -d}}) {
+                Harmonics& list = t.fringes.image_harmonics[static_cast<std::size_t>(of)];
+                list.resize(std::max(list.size(), static_cast<std::size_t>(order)));
+                list[static_cast<std::size_t>(order - 1)].*part += change;
+              }
+            });
+    p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
+    if (order == 1) {
+      p.effect = contrast_effect(image, first);
+    } else {
+      p.does_as = fmt::format("projector.harmonic.{}{}", order, name);
+      p.times_in_images = {{image, 1.0}, {first, -1.0}};
+    }
+  }
+
+  /// The first harmonic of the light grows by `value` in one image, and falls by it in another.
+  std::function<void(const EffectInput&, std::vector<float>&)> contrast_effect(int image, int first) const {
+    const double amplitude =
+        render::fringe_series(twin_.projector->response, twin_.fringes, {}, 1).size(1);
+    return [=](const EffectInput& in, std::vector<float>& irradiance) {
+      const double more = (in.to - in.from) / amplitude;
+      add_fringe(fringe_of(in.twin, in.samples, image), more, 0.0, in, irradiance);
+      add_fringe(fringe_of(in.twin, in.samples, first), -more, 0.0, in, irradiance);
+    };
+  }
+
+  const Twin& twin_;
+  const std::vector<int>& compared_;
+  std::vector<PatternSpec> patterns_;
+};
+
+}  // namespace
+
+std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vector<int>& compared) {
+  if (!twin.projector) return {};
+  return ImageList(twin, "image_shift", compared).shifts();
+}
+
+std::vector<Parameter> image_harmonics_parameters(const Twin& twin, const std::vector<int>& compared) {
+  if (!twin.projector || twin.projector->pixel_structure || twin.fringes.steps < kStepsForWaveforms) return {};
+  return ImageList(twin, "image_harmonics", compared).harmonics();
+}
+
+}  // namespace fringetwin::compare
