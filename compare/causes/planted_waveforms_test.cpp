@@ -174,7 +174,8 @@ TEST(PlantedWaveforms, OfSingleImages) {
     for (std::size_t order = 1; order <= 6; ++order) {
       Harmonic mean;
       for (std::size_t i = 0; i < 8; ++i)
-        mean.cosine += of_image(truth, i, order).cosine / 8.0, mean.sine += of_image(truth, i, order).sine / 8.0;
+        mean.cosine += of_image(truth, i, order).cosine / 8.0,
+            mean.sine += of_image(truth, i, order).sine / 8.0;
       const Harmonic planted = of_image(truth, image, order), found = of_image(fit.twin(), image, order);
       const std::string name = fmt::format("image_{}.harmonic.{}", image, order);
       const auto at = std::ranges::find(all, name, &Parameter::name);

@@ -46,7 +46,8 @@ std::optional<FringeOfImage> fringe_of(const Twin& twin, const GridSamples& s, i
     const double of_step = shown_rad(fringe.steps[q].step_rad, s.images[fringe.steps[q].at]);
     design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(of_step), std::sin(of_step);
   }
-  const Eigen::MatrixXd fitted = least_squares(design, Eigen::MatrixXd::Identity(design.rows(), design.rows()));
+  const Eigen::MatrixXd fitted =
+      least_squares(design, Eigen::MatrixXd::Identity(design.rows(), design.rows()));
   const double psi = shown_rad(2.0 * std::numbers::pi * pattern.step / twin.fringes.steps, image);
   fringe.in_phase = std::cos(psi) * fitted.row(1) + std::sin(psi) * fitted.row(2);
   fringe.ahead = std::sin(psi) * fitted.row(1) - std::cos(psi) * fitted.row(2);
@@ -63,8 +64,8 @@ void add_fringe(const std::optional<FringeOfImage>& fringe, double in_phase, dou
   for (std::size_t p = 0; p < in.samples.n_pixels(); ++p) {
     double change = 0.0;
     for (std::size_t q = 0; q < fringe->steps.size(); ++q)
-      change += weights[static_cast<Eigen::Index>(q)] *
-                static_cast<double>(in.before[p * n + fringe->steps[q].at]);
+      change +=
+          weights[static_cast<Eigen::Index>(q)] * static_cast<double>(in.before[p * n + fringe->steps[q].at]);
     float& value = irradiance[p * n + fringe->at];
     value = static_cast<float>(static_cast<double>(value) + change);
   }
@@ -134,8 +135,8 @@ class ImageList : private GroupList {
     double mean = 0.0;
     for (const int of : compared_) mean += value_of(of, order, part) / static_cast<double>(compared_.size());
     Parameter& p =
-        add(fmt::format("image_{}.harmonic.{}{}", image, order, name), "", value_of(image, order, part) - mean,
-            1e-3, [=, n = patterns_.size()](Twin& t, double d) {
+        add(fmt::format("image_{}.harmonic.{}{}", image, order, name), "",
+            value_of(image, order, part) - mean, 1e-3, [=, n = patterns_.size()](Twin& t, double d) {
               t.fringes.image_harmonics.resize(n);
               for (const auto& [of, change] : {std::pair{image, d}, std::pair{first, -d}}) {
                 Harmonics& list = t.fringes.image_harmonics[static_cast<std::size_t>(of)];
@@ -154,8 +155,7 @@ class ImageList : private GroupList {
 
   /// The first harmonic of the light grows by `value` in one image, and falls by it in another.
   std::function<void(const EffectInput&, std::vector<float>&)> contrast_effect(int image, int first) const {
-    const double amplitude =
-        render::fringe_series(twin_.projector->response, twin_.fringes, {}, 1).size(1);
+    const double amplitude = render::fringe_series(twin_.projector->response, twin_.fringes, {}, 1).size(1);
     return [=](const EffectInput& in, std::vector<float>& irradiance) {
       const double more = (in.to - in.from) / amplitude;
       add_fringe(fringe_of(in.twin, in.samples, image), more, 0.0, in, irradiance);
@@ -176,7 +176,8 @@ std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vecto
 }
 
 std::vector<Parameter> image_harmonics_parameters(const Twin& twin, const std::vector<int>& compared) {
-  if (!twin.projector || twin.projector->pixel_structure || twin.fringes.steps < kStepsForWaveforms) return {};
+  if (!twin.projector || twin.projector->pixel_structure || twin.fringes.steps < kStepsForWaveforms)
+    return {};
   return ImageList(twin, "image_harmonics", compared).harmonics();
 }
 

@@ -37,7 +37,8 @@ Twin with_waveforms(Twin twin) {
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const double size = 0.01 * std::sin(1.0 + static_cast<double>(i));
     if (sequence[i].kind != PatternSpec::Kind::phase_step) continue;
-    if (i % 3 == 1) twin.fringes.image_harmonics[i] = {{-0.03, 0.01}, {size, -0.5 * size}, {}, {0.4 * size, size}};
+    if (i % 3 == 1)
+      twin.fringes.image_harmonics[i] = {{-0.03, 0.01}, {size, -0.5 * size}, {}, {0.4 * size, size}};
     if (i % 6 == 2) twin.fringes.image_harmonics[i] = {{size, 0.0}};
   }
   return twin;
