@@ -29,7 +29,8 @@ constexpr double kNotTold = 0.5;       ///< of the prior
 constexpr int kMostRounds = 5;         ///< of a fit with curves told at another gain
 constexpr std::size_t kFewestBlocks = 12, kFewestImages = 4;
 
-double prior_of(const Parameter& p) { return prior_steps(p.group) * p.step; }
+/// Returns the standard deviation of a parameter about its start before any image is seen; 0: none.
+double prior_of(const Parameter& p) { return p.expected > 0.0 ? p.expected : prior_steps(p.group) * p.step; }
 
 /// Returns how much larger than `variance` a scatter of n sums must be to mean more than chance.
 double beyond_chance(std::size_t n) { return 1.0 + 3.0 * std::sqrt(2.0 / (static_cast<double>(n) - 1.0)); }
@@ -399,6 +400,8 @@ bool GroupFit::leave_out_what_is_not_told() {
     const std::optional<std::size_t> one = one_of_the_same(told, solved.null, e);
     for (std::size_t i = 0; i < told.size(); ++i) {
       const double prior = prior_of(parameters_[told[i]]);
+      // an expected one stays: what these images do not tell of it is taken for none
+      if (parameters_[told[i]].expected > 0.0) continue;
       if (!solved.null[i] && !(prior > 0.0 && solved.sigma[i] >= kNotTold * prior)) continue;
       // what changes nothing at all has the prior's sigma, too
       const bool changes = e.normal(told[i], told[i]) - (prior > 0.0 ? 1.0 / (prior * prior) : 0.0) > 0.0;

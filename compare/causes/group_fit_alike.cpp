@@ -39,7 +39,8 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
   std::vector<std::size_t> all;
   std::vector<std::string> groups;
   for (std::size_t k = 0; k < parameters_.size(); ++k) {
-    if (!known_[k].told || !(e.normal(k, k) > 0.0)) continue;
+    // what others do as an expected one does is theirs
+    if (!known_[k].told || !(e.normal(k, k) > 0.0) || parameters_[k].expected > 0.0) continue;
     all.push_back(k);
     if (const std::string group = told_as(parameters_[k].group);
         std::ranges::find(groups, group) == groups.end())
@@ -100,7 +101,7 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
 std::string GroupFit::alike_lights(const NormalEquations& e, FreePerPixel free) const {
   std::vector<std::size_t> all;
   for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (known_[k].told && !is_geometric(parameters_[k].group) &&
+    if (known_[k].told && !is_geometric(parameters_[k].group) && parameters_[k].expected == 0.0 &&
         (e.normal(k, k) > 0.0 || !parameters_[k].acts_beside_others))
       all.push_back(k);
   if (all.empty()) return "";

@@ -533,7 +533,8 @@ Sensitivity::Values Sensitivity::scaled_column(const Values& other, const Parame
           parameter.times ? parameter.times(samples_[c].projector_px[p].cast<double>()) : 1.0);
       const std::size_t n = samples_[c].images.size();
       for (std::size_t k = 0; k < n; ++k)
-        out[c][p * n + k] *= times * static_cast<float>(parameter.times_in(samples_[c].images[k]));
+        out[c][p * n + k] *=
+            parameter.only_image && *parameter.only_image != samples_[c].images[k] ? 0.0F : times;
     }
   return out;
 }

@@ -17,6 +17,7 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr int kStepsForWaveforms = 6, kHighestOrder = 7;  ///< as of the group harmonics
+constexpr double kExpected = 0.02;                        ///< of full scale: a 25th of a whole fringe's swing
 
 /// The first harmonic of one image in a pixel, from all steps of its pitch that are there.
 struct FringeOfImage {
@@ -110,15 +111,16 @@ class ImageList : private GroupList {
     return std::move(list_);
   }
 
-  /// What the fringes of an image have more than those of all together, whose mean the group harmonics and
-  /// the gain tell: the first image has minus the sum of the others. Of the first order only the part in
-  /// phase: the other one is a shift.
+  /// What the fringes of an image have besides those of all: what these have in common is left to the group
+  /// harmonics, where that is asked for. Of the first order only the part in phase: the other one is a shift.
+  /// With a factor and an offset of each pixel waveforms of all images that together stand still in the image
+  /// cannot be told; they are taken for none.
   std::vector<Parameter> harmonics() {
     const int most = std::min(kHighestOrder, twin_.fringes.steps - 2);
-    for (std::size_t i = 1; i < compared_.size(); ++i)
+    for (const int image : compared_)
       for (int k = 1; k <= most; ++k) {
-        add_part(compared_[i], k, "", &Harmonic::cosine);
-        if (k > 1) add_part(compared_[i], k, ".quadrature", &Harmonic::sine);
+        add_part(image, k, "", &Harmonic::cosine);
+        if (k > 1) add_part(image, k, ".quadrature", &Harmonic::sine);
       }
     return std::move(list_);
   }
@@ -131,35 +133,29 @@ class ImageList : private GroupList {
   }
 
   void add_part(int image, int order, const char* name, double Harmonic::*part) {
-    const int first = compared_.front();
-    double mean = 0.0;
-    for (const int of : compared_) mean += value_of(of, order, part) / static_cast<double>(compared_.size());
-    Parameter& p =
-        add(fmt::format("image_{}.harmonic.{}{}", image, order, name), "",
-            value_of(image, order, part) - mean, 1e-3, [=, n = patterns_.size()](Twin& t, double d) {
-              t.fringes.image_harmonics.resize(n);
-              for (const auto& [of, change] : {std::pair{image, d}, std::pair{first, -d}}) {
-                Harmonics& list = t.fringes.image_harmonics[static_cast<std::size_t>(of)];
-                list.resize(std::max(list.size(), static_cast<std::size_t>(order)));
-                list[static_cast<std::size_t>(order - 1)].*part += change;
-              }
-            });
+    const auto at = static_cast<std::size_t>(image), i = static_cast<std::size_t>(order - 1);
+    Parameter& p = add(fmt::format("image_{}.harmonic.{}{}", image, order, name), "",
+                       value_of(image, order, part), 1e-3, [=, n = patterns_.size()](Twin& t, double d) {
+                         t.fringes.image_harmonics.resize(n);
+                         Harmonics& list = t.fringes.image_harmonics[at];
+                         list.resize(std::max(list.size(), i + 1));
+                         list[i].*part += d;
+                       });
     p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
+    p.expected = kExpected;
     if (order == 1) {
-      p.effect = contrast_effect(image, first);
+      p.effect = contrast_effect(image);
     } else {
       p.does_as = fmt::format("projector.harmonic.{}{}", order, name);
-      p.times_in_images = {{image, 1.0}, {first, -1.0}};
+      p.only_image = image;
     }
   }
 
-  /// The first harmonic of the light grows by `value` in one image, and falls by it in another.
-  std::function<void(const EffectInput&, std::vector<float>&)> contrast_effect(int image, int first) const {
+  /// The first harmonic of the light grows by `value` in one image.
+  std::function<void(const EffectInput&, std::vector<float>&)> contrast_effect(int image) const {
     const double amplitude = render::fringe_series(twin_.projector->response, twin_.fringes, {}, 1).size(1);
     return [=](const EffectInput& in, std::vector<float>& irradiance) {
-      const double more = (in.to - in.from) / amplitude;
-      add_fringe(fringe_of(in.twin, in.samples, image), more, 0.0, in, irradiance);
-      add_fringe(fringe_of(in.twin, in.samples, first), -more, 0.0, in, irradiance);
+      add_fringe(fringe_of(in.twin, in.samples, image), (in.to - in.from) / amplitude, 0.0, in, irradiance);
     };
   }
 

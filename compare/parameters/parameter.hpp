@@ -54,17 +54,15 @@ struct Parameter {
   bool acts_beside_others = false;
   std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without
   std::string instead = {};  ///< what to do where refined.toml cannot hold the value; empty where it can
+  /// By how much the value is expected to differ from its start: what others do as well is theirs, as far as
+  /// it would differ more. 0: nothing is expected of it.
+  double expected = 0.0;
   /// Name of another parameter of which this one does so many times as much, by the place in the projector's
-  /// image that lights a pixel, or in these images of the sequence alone: beside it no rendering is needed
-  /// for its derivative. Empty: none.
+  /// image that lights a pixel, or as much in one image of the sequence alone: beside it no rendering is
+  /// needed for its derivative. Empty: none.
   std::string does_as = {};
   std::function<double(const Eigen::Vector2d& projector_px)> times = {};
-  std::vector<std::pair<int, double>> times_in_images = {};
-  double times_in(int image) const {
-    if (times_in_images.empty()) return 1.0;
-    const auto found = std::ranges::find(times_in_images, image, &std::pair<int, double>::first);
-    return found == times_in_images.end() ? 0.0 : found->second;
-  }
+  std::optional<int> only_image = {};
 
   /// Returns the value, or its standard error, as a user reads it: of a variance the root.
   double shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }
