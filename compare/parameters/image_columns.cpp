@@ -26,6 +26,12 @@ struct FringeOfImage {
   Eigen::RowVectorXd in_phase, ahead;  ///< weights of the steps: R cos and R sin of the fringe's phase
 };
 
+/// Returns the projector's light in an image of the sequence over that of the twin.
+double light_of(const Twin& twin, std::size_t camera, int image) {
+  const auto i = static_cast<std::size_t>(image);
+  return factor_of(twin.cameras[camera].exposure_factors, i) * factor_of(twin.projector->light_factors, i);
+}
+
 /// Returns it where there are 3 steps or more. E over the steps psi of a pitch, those that the twin's own
 /// shifts leave of them, is m + A cos psi + B sin psi, fitted: linear in the pixel's values. In an image R
 /// cos theta = A cos psi + B sin psi and R sin theta = A sin psi - B cos psi.
@@ -55,18 +61,28 @@ std::optional<FringeOfImage> fringe_of(const Twin& twin, const GridSamples& s, i
   return fringe;
 }
 
-/// Adds `in_phase` times R cos theta and `ahead` times R sin theta to an image.
+/// Adds `in_phase` times R cos theta and `ahead` times R sin theta to an image, of the projector's light as
+/// bright as it is there.
 void add_fringe(const std::optional<FringeOfImage>& fringe, double in_phase, double ahead,
                 const EffectInput& in, std::vector<float>& irradiance) {
   if (!fringe) return;
-  const Eigen::RowVectorXd weights = in_phase * fringe->in_phase + ahead * fringe->ahead;
-  const std::size_t n = in.samples.images.size();
+  const GridSamples& s = in.samples;
+  const std::size_t n = s.images.size();
+  Eigen::RowVectorXd weights = in_phase * fringe->in_phase + ahead * fringe->ahead;
+  const bool differs =
+      !in.twin.projector->light_factors.empty() || !in.twin.cameras[s.camera].exposure_factors.empty();
+  for (std::size_t q = 0; differs && q < fringe->steps.size(); ++q)
+    weights[static_cast<Eigen::Index>(q)] *= light_of(in.twin, s.camera, s.images[fringe->at]) /
+                                             light_of(in.twin, s.camera, s.images[fringe->steps[q].at]);
 #pragma omp parallel for schedule(static)
-  for (std::size_t p = 0; p < in.samples.n_pixels(); ++p) {
+  for (std::size_t p = 0; p < s.n_pixels(); ++p) {
     double change = 0.0;
-    for (std::size_t q = 0; q < fringe->steps.size(); ++q)
-      change +=
-          weights[static_cast<Eigen::Index>(q)] * static_cast<double>(in.before[p * n + fringe->steps[q].at]);
+    for (std::size_t q = 0; q < fringe->steps.size(); ++q) {
+      const std::size_t at = fringe->steps[q].at;
+      const auto light = static_cast<double>(in.before[p * n + at]);
+      change += weights[static_cast<Eigen::Index>(q)] *
+                (differs ? light - unprojected_light(in.twin, s, p, s.images[at]) : light);
+    }
     float& value = irradiance[p * n + fringe->at];
     value = static_cast<float>(static_cast<double>(value) + change);
   }
