@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/causes/equation_sum.hpp"
 #include "compare/causes/sensitivity.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
-constexpr Eigen::Index kPixelsAtOnce = 32;
 constexpr double kLightPrior = 0.3;  ///< by which the light of an image lit apart may be another
 constexpr int kBlockPx = 28;         ///< side of the blocks of pixels whose errors may belong together
 
@@ -43,7 +43,6 @@ struct OwnDirections {
     const double of_factor = q.cols() > 1 ? factor(values) * q.col(0).dot(weighted_e) : 0.0;
     return (q.col(0).dot(values) - of_factor) / offset_norm;
   }
-  void take_from(Eigen::Ref<Eigen::MatrixXd> m) const { m -= q * (q.transpose() * m); }
   /// Writes what is left of v.
   void take_from(const Eigen::VectorXd& v, Eigen::Ref<Eigen::VectorXd> left) const {
     left = v;
@@ -51,20 +50,34 @@ struct OwnDirections {
   }
 };
 
+/// Returns which images of any pixel a column changes, 1 or 0.
+std::vector<std::uint8_t> changed_images(const std::vector<float>& column, std::size_t n_images) {
+  std::vector<std::uint8_t> changed(n_images, 0);
+  for (std::size_t first = 0; first < column.size(); first += n_images) {
+    for (std::size_t j = 0; j < n_images; ++j)
+      changed[j] = static_cast<std::uint8_t>(changed[j] | (column[first + j] != 0.0F ? 1U : 0U));
+    if (first % (64 * n_images) == 0 && std::ranges::count(changed, 1) == std::ssize(changed)) break;
+  }
+  return changed;
+}
+
 }  // namespace
 
 Sensitivity::Unknowns Sensitivity::unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,
                                                const NormalEquations& layout) const {
   Unknowns out;
-  const auto changes = [](const std::vector<float>& column) {
-    return std::ranges::any_of(column, [](float v) { return v != 0.0F; });
-  };
-  for (std::size_t c = 0; c < columns.each.size(); ++c)
-    if (changes(columns.each[c][camera])) {
-      out.parameters.push_back(columns.each[c][camera].data());
-      out.exposes.push_back(c < columns.exposes.size() && columns.exposes[c]);
-      out.at.push_back(static_cast<Eigen::Index>(c));
-    }
+  const std::size_t n_images = samples_[camera].images.size();
+  out.of_images.resize(n_images);
+  for (std::size_t c = 0; c < columns.each.size(); ++c) {
+    const std::vector<float>& column = columns.each[c][camera];
+    const std::vector<std::uint8_t> changes = changed_images(column, n_images);
+    if (std::ranges::none_of(changes, [](std::uint8_t is) { return is != 0; })) continue;
+    for (std::size_t j = 0; j < n_images; ++j)
+      if (changes[j] != 0) out.of_images[j].push_back(static_cast<Eigen::Index>(out.parameters.size()));
+    out.parameters.push_back(column.data());
+    out.exposes.push_back(c < columns.exposes.size() && columns.exposes[c]);
+    out.at.push_back(static_cast<Eigen::Index>(c));
+  }
   if (!frees_factor(free)) {
     out.of_gain = columns.rough[camera].data();
     out.at.push_back(static_cast<Eigen::Index>(layout.gain_at(camera)));
@@ -74,6 +87,10 @@ Sensitivity::Unknowns Sensitivity::unknowns_of(std::size_t camera, const Columns
   out.of_lights = columns.rough[camera].data();
   for (const std::size_t at : lights_at(camera, layout.n_parameters))
     out.at.push_back(static_cast<Eigen::Index>(at));
+  // what belongs to the camera may change all of them
+  for (auto& of_image : out.of_images)
+    for (std::size_t k = out.parameters.size(); k < out.at.size(); ++k)
+      of_image.push_back(static_cast<Eigen::Index>(k));
   return out;
 }
 
@@ -119,7 +136,7 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
   const GridSamples& s = samples_[camera];
   const auto k = static_cast<Eigen::Index>(s.images.size());
   const std::size_t first = pixel * s.images.size();
-  auto& [weight, weighted_e, value, weighted_offset] = scratch;
+  auto& [weight, weighted_e, value, weighted_offset, own_directions] = scratch;
   weight.resize(k), weighted_e.resize(k), value.resize(k), weighted_offset.resize(k);
   std::uint64_t used = 0;
   for (Eigen::Index j = 0; j < k; ++j) {
@@ -159,7 +176,7 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
   }
   weighted_offset *= own.offset(value, weighted_e);
   fill_rows(s, unknowns, first, slope, base[camera].data() + first, weighted_offset, weight, rows);
-  if (n_own > 0) own.take_from(rows);
+  own_directions = own.q;
   return used - n_own;
 }
 
@@ -194,36 +211,18 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
     const std::size_t n_pixels = samples_[c].n_pixels();
     const Unknowns unknowns = unknowns_of(c, columns, free, out);
     const auto size = static_cast<Eigen::Index>(unknowns.at.size());
-    std::vector<NormalEquations> parts(
-        kChunks, {Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0, 0, 0});
+    std::vector<NormalEquations> parts(kChunks);
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
-      NormalEquations& part = parts[chunk];
-      const auto k = static_cast<Eigen::Index>(samples_[c].images.size());
-      Eigen::MatrixXd rows(kPixelsAtOnce * k, size);  // of several pixels: one product for all
-      Eigen::VectorXd residual(kPixelsAtOnce * k);
+      EquationSum sum(size, unknowns.of_images);
       PixelScratch scratch;
-      Eigen::Index filled = 0;
-      const auto add = [&] {
-        if (filled == 0) return;  // Eigen divides by the length of a product
-        const auto some = rows.topRows(filled).transpose();
-        if (size > 0) {
-          part.normal.selfadjointView<Eigen::Lower>().rankUpdate(some);
-          part.right += some * residual.head(filled);
-        }
-        part.chi2 += residual.head(filled).squaredNorm();
-        filled = 0;
-      };
       const std::size_t first = (chunk * n_pixels / kChunks + every - 1) / every * every;
       for (std::size_t p = first; p < (chunk + 1) * n_pixels / kChunks; p += every) {
-        const std::uint64_t used = pixel_rows(c, p, base, unknowns, free, scratch, rows.middleRows(filled, k),
-                                              residual.segment(filled, k));
-        if (used == 0) continue;
-        filled += k;
-        part.n += used;
-        if (filled == rows.rows()) add();
+        const std::uint64_t used =
+            pixel_rows(c, p, base, unknowns, free, scratch, sum.rows(), sum.residual());
+        if (used > 0) sum.take(scratch.own, used);
       }
-      add();
+      parts[chunk] = sum.finish();
     }
     for (const NormalEquations& part : parts) {
       for (Eigen::Index i = 0; i < size; ++i) {
@@ -281,6 +280,7 @@ Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& 
                                         static_cast<std::size_t>(s.grid.height / side + 1));
     for (std::size_t p = 0; p < s.n_pixels(); ++p) {
       if (pixel_rows(c, p, base, unknowns, free, scratch, rows, residual) == 0) continue;
+      if (scratch.own.cols() > 0) rows -= scratch.own * (scratch.own.transpose() * rows);
       const auto cell = static_cast<int>(s.cell[p]);
       Eigen::VectorXd& block = blocks[cell / s.grid.width / side * across + cell % s.grid.width / side];
       if (block.size() == 0) block = Eigen::VectorXd::Zero(size);

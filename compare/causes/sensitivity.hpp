@@ -221,15 +221,18 @@ class Sensitivity {
     bool has_black = false;
     const float* of_lights = nullptr;   ///< the irradiance; null: those of images lit apart are no unknowns
     std::vector<Eigen::Index> at = {};  ///< place of each in the equations
+    /// Which of them change the values of each image of the samples.
+    std::vector<std::vector<Eigen::Index>> of_images = {};
   };
   Unknowns unknowns_of(std::size_t camera, const Columns& columns, FreePerPixel free,
                        const NormalEquations& layout) const;
   struct PixelScratch {
     Eigen::VectorXd weight, weighted_e, value, weighted_offset;
+    Eigen::MatrixXd own;  ///< an orthonormal basis of what the pixel has of its own
   };
-  /// Writes the weighted values of one pixel without what it has of its own, a row per image and a column per
-  /// unknown, and their residuals. Returns how many numbers are left in them; where that is 0 nothing is
-  /// written.
+  /// Writes the weighted derivatives of one pixel's values, a row per image and a column per unknown, and the
+  /// residuals without what it has of its own. Returns how many numbers are left in them; where that is 0
+  /// nothing is written.
   std::uint64_t pixel_rows(std::size_t camera, std::size_t pixel, const Values& base,
                            const Unknowns& unknowns, FreePerPixel free, PixelScratch& scratch,
                            Eigen::Ref<Eigen::MatrixXd> rows, Eigen::Ref<Eigen::VectorXd> residuals) const;
