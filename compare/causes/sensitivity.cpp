@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -545,14 +546,25 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
   Columns out{
       predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};
+  std::map<std::string, Values> of_others;  // that are no parameters, or come later
+  const auto column_of = [&](const Parameter& other) -> const Values& {
+    const auto found = std::ranges::find(parameters, other.name, &Parameter::name) - parameters.begin();
+    if (found < std::ssize(out.each)) return out.each[static_cast<std::size_t>(found)];
+    if (!of_others.contains(other.name)) {
+      std::vector<Parameter> with = parameters;
+      with.push_back(other);
+      Eigen::VectorXd at(values.size() + 1);
+      at << values, other.start;
+      double step = other.step;
+      of_others[other.name] = column(twin, with, at, parameters.size(), out.rough, derivative, step);
+    }
+    return of_others[other.name];
+  };
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const auto other = std::ranges::find(parameters, parameters[k].does_as, &Parameter::name);
-    const bool is_known = other - parameters.begin() < static_cast<std::ptrdiff_t>(k) &&
-                          (knows_places() || !parameters[k].times);
-    out.each.push_back(
-        is_known
-            ? scaled_column(out.each[static_cast<std::size_t>(other - parameters.begin())], parameters[k])
-            : column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
+    const Parameter& p = parameters[k];
+    out.each.push_back(p.does_as && (knows_places() || !p.times)
+                           ? scaled_column(column_of(*p.does_as), p)
+                           : column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
   }
   for (const Parameter& p : parameters) out.exposes.push_back(p.group == "exposure");
   return out;

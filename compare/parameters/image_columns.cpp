@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/parameters.hpp"
 #include "render/pattern/waveform.hpp"
 #include "twin/lens/linear.hpp"
 
@@ -162,7 +163,7 @@ class ImageList : private GroupList {
     if (order == 1) {
       p.effect = contrast_effect(image);
     } else {
-      p.does_as = fmt::format("projector.harmonic.{}{}", order, name);
+      p.does_as = std::make_shared<Parameter>(harmonic_parameter(twin_, order, part));
       p.only_image = image;
     }
   }

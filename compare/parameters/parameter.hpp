@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -57,10 +58,10 @@ struct Parameter {
   /// By how much the value is expected to differ from its start: what others do as well is theirs, as far as
   /// it would differ more. 0: nothing is expected of it.
   double expected = 0.0;
-  /// Name of another parameter of which this one does so many times as much, by the place in the projector's
-  /// image that lights a pixel, or as much in one image of the sequence alone: beside it no rendering is
-  /// needed for its derivative. Empty: none.
-  std::string does_as = {};
+  /// Another parameter of which this one does so many times as much, by the place in the projector's image
+  /// that lights a pixel, or as much in one image of the sequence alone: several that do as the same one need
+  /// one rendering for all of their derivatives. Empty: none.
+  std::shared_ptr<const Parameter> does_as = {};
   std::function<double(const Eigen::Vector2d& projector_px)> times = {};
   std::optional<int> only_image = {};
 

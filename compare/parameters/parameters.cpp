@@ -134,11 +134,8 @@ class ParameterList : private GroupList {
   /// lower one that it looks like in a pixel by how both go on from pixel to pixel.
   void add_orders(int first, int last) {
     for (int k = first; k <= last; ++k)
-      for (const auto& [name, part] :
-           {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}})
-        add(fmt::format("projector.harmonic.{}{}", k, name), "",
-            harmonic_part(twin_.fringes.directions.front().harmonics_of(0), k, part), 1e-3,
-            [k, part = part](Twin& t, double d) { add_to_harmonic(t, k, part, d); });
+      for (double Harmonic::*part : {&Harmonic::cosine, &Harmonic::sine})
+        list_.push_back(harmonic_parameter(twin_, k, part)), list_.back().group = group_;
   }
 
   /// What these have more away from the middle of the projector's image: of each order five terms.
@@ -158,7 +155,7 @@ class ParameterList : private GroupList {
               fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,
               1e-3, [t, k, part = part](Twin& twin, double d) { add_to_field(twin, t, k, part, d); });
           p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
-          p.does_as = fmt::format("projector.harmonic.{}{}", k, name);
+          p.does_as = std::make_shared<Parameter>(harmonic_parameter(twin_, k, part));
           p.times = [projector = *twin_.projector, t](const Eigen::Vector2d& px) {
             return projector.field_terms(px)[t];
           };
@@ -271,6 +268,15 @@ class ParameterList : private GroupList {
 };
 
 }  // namespace
+
+Parameter harmonic_parameter(const Twin& twin, int order, double Harmonic::*part) {
+  return {.group = "harmonics",
+          .name = fmt::format("projector.harmonic.{}{}", order, part == &Harmonic::sine ? ".quadrature" : ""),
+          .unit = "",
+          .start = harmonic_part(twin.fringes.directions.front().harmonics_of(0), order, part),
+          .step = 1e-3,
+          .change = [order, part](Twin& t, double d) { add_to_harmonic(t, order, part, d); }};
+}
 
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps) {

@@ -22,6 +22,9 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
 std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::string& group,
                                                const std::vector<int>& use_steps = {});
 
+/// Returns the parameter of one part of a harmonic of all fringes, as the group harmonics has it.
+Parameter harmonic_parameter(const Twin& twin, int order, double Harmonic::*part);
+
 /// Returns the twin with two parts of a halo of its projector that have no light, a near and a far one, so
 /// that their shares and then their widths can be fitted; the twin as it is where it has a halo or none can
 /// be rendered. The images of a code are then made as with a halo, from a table at points.

@@ -198,6 +198,48 @@ add_case("refine_harmonics_high", "light", "the projector's response waves about
          expect="explained", refine="harmonics,harmonics_high")
 
 
+SHORT = {5: 0.03, 10: 0.02}  # images whose exposures miss so much of the light of bright levels
+
+
+def light_missed(lost):
+    """More of bright levels than of dark ones: what a part of the projector's frame shows, as its blur leaves it."""
+    return lambda phase: -lost / 2 * (1 + np.tanh(np.cos(phase) / 0.4))
+
+
+def exposed_in_part(rig, twin, random):
+    rig.image_waveform = {k: light_missed(lost) for k, lost in SHORT.items()}
+    rig.pitches_px = twin.pitches_px = [60, 64, 68]
+
+
+def exposed_in_part_on_checker(rig, twin, random):
+    exposed_in_part(rig, twin, random)
+    flickering(rig, twin, random)
+    rig.reflectivity = lambda which, P: 1 + 0.1 * np.sin(P[..., 0] / 3) * np.sin(P[..., 1] / 4)
+
+
+def waveforms_found(mean, amplitude):
+    """The lost light as a factor on all of the image's light, and the harmonics besides."""
+    phases, out = np.arange(4096) / 4096 * 2 * np.pi, {}
+    for k, lost in SHORT.items():
+        missed = light_missed(lost)(phases)
+        factor = 1 + np.mean(missed) / mean
+        for order in range(1, 7):
+            size = 2 * np.mean(missed * np.cos(order * phases)) + (amplitude if order == 1 else 0)
+            out[f"image_{k}.harmonic.{order}"] = size / factor - (amplitude if order == 1 else 0)
+    return out
+
+
+EIGHT = dict(scene="ball", steps=8, nodes=6)
+add_case("short_exposures", "light", "the exposures of two images miss a part of the projector's frame: 3 and 2 % of the light of "
+         "bright levels", exposed_in_part, EIGHT, verdict={"gray": "not explained"}, says="varies from image to image", gain=False)
+add_case("short_exposures_refined", "light", "the same; `--refine light,image_harmonics`", exposed_in_part, EIGHT, expect="explained",
+         refine="light,image_harmonics", values=waveforms_found(0.5, 0.45), gain=False)
+add_case("short_exposures_textured", "light", "the same, with light that flickers by 2 % on a texture of 10 %; "
+         "`--refine light,image_harmonics,texture,offset`", exposed_in_part_on_checker,
+         dict(scene="wall", small=True, steps=8, nodes=6), expect="explained", gain=False,
+         refine="light,image_harmonics,texture,offset")
+
+
 def saturating(x):
     """Straight up to a twentieth of the scale, then less and less steep: 5.5 % below the line at full scale."""
     over = np.maximum(x - 0.05, 0)

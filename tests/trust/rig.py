@@ -93,6 +93,7 @@ class Rig:
         self.besides_factor = None  # a factor on the light of room and lamp in each image
         self.blur_field = None  # (u, v) -> variance in px^2 by which the blur of the fringes differs from blur_px there
         self.waveform = None  # (phase in rad, u, v) -> light that phase steps have besides a sinusoid's
+        self.image_waveform = {}  # image -> (phase in rad) -> light that this phase step has besides
         self.halo = []  # (share, sigma in px) of light that the projector spreads further than its blur
         self.image_factor = None  # a factor on the light of each image
         self.fringe_shift_px = None  # how far the fringes of each image are shifted along the projector's coordinate
@@ -142,9 +143,10 @@ class Rig:
         rest = 1 - sum(share for share, _ in self.halo)
         return [(rest, self.blur_px)] + [(share, np.hypot(self.blur_px, sigma)) for share, sigma in self.halo]
 
-    def light(self, pattern, u, more_blur_px2=0.0, place=None, below=None):
+    def light(self, pattern, u, more_blur_px2=0.0, place=None, below=None, besides=None):
         """What the projector throws in a phase step at projector coordinate u, 0 ... 1, where its blur differs by
-        more_blur_px2; place: (u, v) there, for a waveform that is not the same all over; below: what surfaces make of it."""
+        more_blur_px2; place: (u, v) there, for a waveform that is not the same all over; below: what surfaces make of it; besides:
+        (phase in rad) -> light of this image alone."""
         _, k, n = pattern
         pitch = self.pitches_px[k]
         phase = 2 * np.pi * ((u - self.origin_px) / pitch + n / self.steps)
@@ -155,7 +157,8 @@ class Rig:
         level = self.mean + kept * self.contrast(pitch) * np.cos(phase)
         if self.projector_response:
             level = self.projector_response(level)
-        return level + self.waveform(phase, *place) if self.waveform else level
+        level = level + self.waveform(phase, *place) if self.waveform else level
+        return level + besides(phase) if besides else level
 
     def bit_integral(self, pattern):
         """Projector coordinates, and the integral up to there of what the projector throws in an image of the code: tabulated in
@@ -196,7 +199,7 @@ class Rig:
                     shift = 0 if self.fringe_shift_px is None else self.fringe_shift_px[k]
                     lamps = besides if self.besides_factor is None else besides * self.besides_factor[k]
                     if pattern[0] == "step":
-                        shown = self.light(pattern, coordinate + shift, more_blur, place, below)
+                        shown = self.light(pattern, coordinate + shift, more_blur, place, below, self.image_waveform.get(k))
                     else:
                         axis, node, i = (1, a, ia) if self.direction == "x" else (0, b, ib)
                         per_px = np.gradient(coordinate, axis=axis)
