@@ -35,7 +35,7 @@ constexpr CoordinateWords kCoordinates[] = {
      "waveform of the fringes that differs over the image (harmonics_field)"},
     {"phase_by_image", "rad", "the phase of the fringes, from image to image another way",
      "waveform of the fringes that differs from image to image, as where an exposure does not hold whole "
-     "frames of the projector"}};
+     "frames of the projector (image_harmonics)"}};
 constexpr const char* kContrastOrShift = "contrast or shift of the fringes";
 
 /// The values of all cameras, sorted by one coordinate; each camera has bins of its own.
