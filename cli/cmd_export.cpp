@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds the commands `export`, which writes the tables of a result as CSV, and `open`, which shows its page.
+// Adds the commands `export`, which writes the tables of a result as CSV and the drawings of its page as SVG,
+// and `open`, which shows its page.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -14,9 +15,11 @@
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
 #include "compare/result_csv.hpp"
+#include "report/page_drawings.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::cli {
@@ -24,28 +27,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct ExportCommand {
-  std::string run, out;
-};
-
-int run_export(const ExportCommand& o) {
-  check_out_folder(o.out);
-  const std::vector<compare::CsvTable> tables = compare::result_tables_of(o.run);
-  begin_output(o.out, {});
-  for (const compare::CsvTable& table : tables) {
-    const fs::path file = fs::path(o.out) / (table.name + ".csv");
-    write_text_file(file, table.text);
-    fmt::print("{}\n", plain_text(file.string()));
-  }
-  return 0;
-}
-
 /// Returns the page of a run's folder, or the page itself.
 fs::path page_of(const fs::path& run) {
   if (!fs::is_directory(run)) return run;
   for (const char* name : {"report.html", "index.html"})
     if (fs::exists(run / name)) return run / name;
   return run / "report.html";
+}
+
+struct ExportCommand {
+  std::string run, out;
+  bool figures = false;
+};
+
+bool is_page(const fs::path& file) { return file.extension() == ".html" && !fs::is_directory(file); }
+
+/// Returns the drawings of a run's page; `run`: its folder, its result.json, or the page itself.
+std::vector<report::PageDrawing> drawings_of(const fs::path& run) {
+  const fs::path page = page_of(is_page(run) || fs::is_directory(run) ? run : run.parent_path());
+  const std::string html = read_whole_text(
+      page, {.what = "page", .hint = "give the folder that a run wrote into, or a page (.html)"});
+  std::vector<report::PageDrawing> drawings = report::drawings_of_page(html);
+  if (drawings.empty())
+    throw UserError(ExitCode::input, page.string(), "the page has no drawings",
+                    "leave out --figures; maps are PNG files beside the page");
+  return drawings;
+}
+
+/// All is read before anything is written.
+int run_export(const ExportCommand& o) {
+  check_out_folder(o.out);
+  std::vector<compare::CsvTable> tables;
+  std::vector<report::PageDrawing> drawings;
+  if (!is_page(o.run))
+    tables = compare::result_tables_of(o.run);
+  else if (!o.figures)
+    throw UserError(ExitCode::usage, o.run, "a page has no tables",
+                    "give the folder of its run, or --figures for the page's drawings");
+  if (o.figures) drawings = drawings_of(o.run);
+  begin_output(o.out, {});
+  const auto write = [&](const std::string& name, const std::string& text) {
+    const fs::path file = fs::path(o.out) / name;
+    write_text_file(file, text);
+    fmt::print("{}\n", plain_text(file.string()));
+  };
+  for (const compare::CsvTable& table : tables) write(table.name + ".csv", table.text);
+  for (const report::PageDrawing& drawing : drawings) write(drawing.name + ".svg", drawing.svg);
+  return 0;
 }
 
 enum class Started { yes, refused, missing };
@@ -97,12 +125,15 @@ int run_open(const std::string& run) {
 
 void add_export(CLI::App& app, Invocation& invocation) {
   auto options = std::make_shared<ExportCommand>();
-  CLI::App* sub = app.add_subcommand("export", "The tables of a result as CSV files, one per table");
-  sub->add_option("run", options->run, "Folder of a run, or its result.json")->type_name("RUN")->required();
+  CLI::App* sub = app.add_subcommand("export", "The tables of a result as CSV files, the drawings as SVG");
+  sub->add_option("run", options->run, "Folder of a run, its result.json, or a page (with --figures)")
+      ->type_name("RUN")
+      ->required();
   begin_group(*sub, kOutput);
   sub->add_option("--out", options->out, "Folder for the tables (fits.csv, gain.csv, explained.csv ...)")
       ->type_name("DIR")
       ->required();
+  sub->add_flag("--figures", options->figures, "Also the plots of the run's page, as SVG files");
   run_when_chosen(*sub, invocation, options, run_export);
 }
 

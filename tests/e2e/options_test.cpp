@@ -252,6 +252,32 @@ TEST(Export, WritesTheTablesOfAResult) {
   EXPECT_FALSE(fs::exists(dir / "beside.csv"));
 }
 
+TEST(Export, WritesTheDrawingsOfAPage) {
+  const auto dir = scratch_folder("export_figures");
+  const std::string drawing = "<svg role=\"img\"><g id=\"gray-left0-gnuplot_canvas\"></g></svg>";
+  write_file(dir / "result.json", R"({"schema": "fringetwin-result/1", "fits": [{"object": "ball"}]})");
+  const auto exported = [&](const fs::path& run, const char* out) {
+    return run_fringetwin({"export", run.string(), "--figures", "--out", (dir / out).string()});
+  };
+  expect_refused(exported(dir, "never"), 3, {"report.html"});
+  write_file(dir / "report.html", "<html><p>nothing drawn</p></html>");
+  expect_refused(exported(dir, "never"), 3, {"report.html", "has no drawings"});
+  EXPECT_FALSE(fs::exists(dir / "never"));
+  write_file(dir / "report.html", "<html>" + drawing + "</html>");
+  const std::string svg = (dir / "out" / "gray-left0.svg").string();
+  const RunResult run = exported(dir / "result.json", "out");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, (dir / "out" / "fits.csv").string() + "\n" + svg + "\n");
+  EXPECT_THAT(read_file(svg), HasSubstr("<rect width=\"100%\""));
+  write_file(dir / "photometry.html", "<html>" + drawing + "</html>");
+  const RunResult page = exported(dir / "photometry.html", "page");
+  EXPECT_EQ(page.exit_code, 0) << page.err;
+  EXPECT_EQ(page.out, (dir / "page" / "gray-left0.svg").string() + "\n");
+  expect_refused(
+      run_fringetwin({"export", (dir / "photometry.html").string(), "--out", (dir / "never").string()}), 2,
+      {"a page has no tables", "--figures"});
+}
+
 // The program that shows pages is one of ours here: it writes down what it was given.
 TEST(Open, ShowsThePageOfARun) {
   const auto dir = scratch_folder("open");

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/page_drawings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "report/plot.hpp"
+
+namespace fringetwin::report {
+namespace {
+
+constexpr std::string_view kBegin = "<svg role=\"img\"", kEnd = "</svg>", kCanvas = "gnuplot_canvas\"";
+
+/// Returns the id that the ids of a drawing begin with, as drawing_svg() got it, with plain letters alone.
+std::string name_of(std::string_view svg) {
+  const std::size_t end = svg.find(kCanvas), quote = svg.rfind('"', end);
+  if (end == std::string_view::npos || quote == std::string_view::npos) return "";
+  std::string name(svg.substr(quote + 1, end - quote - 1));
+  while (name.ends_with('-')) name.pop_back();
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-'; }, '_');
+  return name;
+}
+
+}  // namespace
+
+std::vector<PageDrawing> drawings_of_page(std::string_view html) {
+  std::vector<PageDrawing> drawings;
+  for (std::size_t begin = html.find(kBegin); begin != std::string_view::npos;
+       begin = html.find(kBegin, begin + 1)) {
+    const std::size_t end = html.find(kEnd, begin);
+    if (end == std::string_view::npos) break;
+    const std::string_view svg = html.substr(begin, end + kEnd.size() - begin);
+    std::string name = name_of(svg);
+    if (name.empty()) continue;  // no plot
+    if (std::ranges::find(drawings, name, &PageDrawing::name) != drawings.end())
+      name += fmt::format("-{}", drawings.size() + 1);
+    drawings.push_back({name, standalone_svg(std::string(svg))});
+  }
+  return drawings;
+}
+
+}  // namespace fringetwin::report

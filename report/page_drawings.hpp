@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds the drawings in a page that this program wrote.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fringetwin::report {
+
+struct PageDrawing {
+  std::string name;  ///< fit to be a file's, unique on the page
+  std::string svg;   ///< the text of an SVG file
+};
+
+/// Returns the plots of a page (HTML) in their order; none of a page of others.
+std::vector<PageDrawing> drawings_of_page(std::string_view html);
+
+}  // namespace fringetwin::report

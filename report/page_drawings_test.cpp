@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/page_drawings.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace fringetwin::report::page_drawings_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+/// A drawing as drawing_svg() writes it.
+std::string drawing(const std::string& id) {
+  return "<svg role=\"img\" aria-label=\"plot\" viewBox=\"0 0 9 9\"><g id=\"" + id +
+         "gnuplot_canvas\"><title>é</title></g></svg>";
+}
+
+TEST(PageDrawings, AreFoundInTheirOrderWithNamesOfFiles) {
+  const std::string page = "<html><svg class=\"icon\"></svg>" + drawing("gray-left0-") + "<p>text</p>" +
+                           drawing("phase-é/..1-") + drawing("gray-left0-") + "</html>";
+  const std::vector<PageDrawing> all = drawings_of_page(page);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].name, "gray-left0");
+  EXPECT_EQ(all[1].name, "phase-_____1");
+  EXPECT_EQ(all[2].name, "gray-left0-3");
+  EXPECT_THAT(all[0].svg, StartsWith("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg "));
+  EXPECT_THAT(all[0].svg, HasSubstr("fill=\"#ffffff\"/><g id=\"gray-left0-gnuplot_canvas\""));
+}
+
+TEST(PageDrawings, OfNoPageAreNone) {
+  EXPECT_TRUE(drawings_of_page("").empty());
+  EXPECT_TRUE(drawings_of_page("<svg role=\"img\" aria-label=\"map\"></svg>").empty());
+  EXPECT_TRUE(drawings_of_page(drawing("cut").substr(0, 40)).empty());
+}
+
+}  // namespace
+}  // namespace fringetwin::report::page_drawings_test
