@@ -19,7 +19,7 @@
 
 #include "render/renderer.hpp"
 #include "render/scene/bvh_cache.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "tests/support/freeform.hpp"
 #include "tests/support/paper_rig.hpp"
 #include "twin/base/errors.hpp"

@@ -16,6 +16,7 @@
 #include "cli/option_values.hpp"
 #include "cli/projector_from.hpp"
 #include "cli/start/starting_twin.hpp"
+#include "cli/tell/json_output.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
@@ -44,7 +45,7 @@ struct CalibrateCommand {
   std::string twin, board = "chessboard", projector_from, captures;
   calib::BoardPattern pattern;
   bool has_weights = false, skip_regularization = false, keep_regularization = false, skip_rejection = false,
-       skip_warp = false;
+       skip_warp = false, json = false;
   double spacing_m = 0.0, circle_diameter_m = 0.0;
   int width_n = 0, height_n = 0;
   std::vector<std::string> globs;
@@ -193,7 +194,8 @@ int run_without_board(CalibrateCommand o, const Invocation& invocation) {
                     "with --projector-from LENSMODEL_PINHOLE or LENSMODEL_OPENCV4 "
                     "(k1 alone)",
                     "");
-  ProjectorFromCommand command{.twin = o.projector_from, .captures = o.captures, .out = o.out};
+  ProjectorFromCommand command{
+      .twin = o.projector_from, .captures = o.captures, .out = o.out, .json = o.json};
   if (!o.imagersize.empty()) command.imagersize_px = size_of(o.imagersize);
   command.solve_k1 = o.calibrate.lensmodel == "LENSMODEL_OPENCV4";
   return run_projector_from(command, invocation);
@@ -264,6 +266,8 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   write_text_file(dir / "calibration.html", calib::calibration_html(c, o.calibrate, findings, origin));
   write_text_file(dir / "calibration.json", calib::calibration_json(c, o.calibrate, findings, origin, files));
   for (const auto& warning : c.warnings) warn(warning);
+  say("page: " + (dir / "calibration.html").string());
+  if (print_json_if(o.json, dir / "calibration.json")) return static_cast<int>(ExitCode::ok);
   for (const auto& line : summary) fmt::print("{}\n", plain_text(line));
   for (std::size_t d = 0; d < c.devices.size(); ++d)
     fmt::print(
@@ -271,7 +275,6 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
         c.devices[d].name, c.devices[d].intrinsics[0], c.devices[d].intrinsics[1], c.devices[d].intrinsics[2],
         c.devices[d].intrinsics[3], c.devices[d].fit.rms_px, findings.devices[d].centre_sigma_px,
         findings.devices[d].distance_mm);
-  say("page: " + (dir / "calibration.html").string());
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -375,6 +378,7 @@ void add_calibrate(CLI::App& app, Invocation& invocation) {
          "projector.json and a picture)")
       ->type_name("DIR")
       ->required();
+  add_json_flag(*sub, o->json, "calibration.json (of --projector-from projector.json)");
   sub->add_option("--names", o->names, "Names of the devices: left,right,projector")
       ->type_name("NAMES")
       ->default_str("camera-0,camera-1,...");

@@ -3,7 +3,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
-#include "cli/tell_comparison.hpp"
+#include "cli/tell/json_output.hpp"
+#include "cli/tell/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/compare_captures.hpp"
 #include "cosim/write_results.hpp"
@@ -14,13 +15,16 @@ namespace {
 
 struct CompareCommand {
   std::string twin, real, sim, out;
+  bool json = false;
 };
 
 int run_compare(const CompareCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   cosim::Run run = cosim::measure_both({o.twin, o.real, o.sim});
-  return tell_comparison(
+  const int code = tell_comparison(
       o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
+  print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
+  return code;
 }
 
 }  // namespace
@@ -36,6 +40,7 @@ void add_compare(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")
       ->type_name("DIR")
       ->required();
+  add_json_flag(*sub, options->json, "result.json");
   run_when_chosen(*sub, invocation, options, run_compare);
 }
 

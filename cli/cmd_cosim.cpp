@@ -5,7 +5,8 @@
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
 #include "cli/render_flags.hpp"
-#include "cli/tell_comparison.hpp"
+#include "cli/tell/json_output.hpp"
+#include "cli/tell/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/refine/refine.hpp"
 #include "cosim/cosim.hpp"
@@ -21,7 +22,7 @@ namespace {
 struct CosimCommand {
   std::string twin, out, into;
   cosim::CosimRequest request;
-  bool radiance = false;
+  bool radiance = false, json = false;
 };
 
 int run_cosim(CosimCommand& o, const Invocation& invocation) {
@@ -40,6 +41,7 @@ int run_cosim(CosimCommand& o, const Invocation& invocation) {
   const int code = tell_comparison(
       o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
   if (!o.into.empty()) cosim::put_refined_into_twin(o.out, run, o.into);
+  print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
   return code;
 }
 
@@ -54,6 +56,7 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
                   "Folder for result.json, report.html, maps and the simulated capture set")
       ->type_name("DIR");
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
+  add_json_flag(*sub, options->json, "result.json");
   begin_group(*sub, kComparison);
   sub->add_option("--steps", options->request.steps, "Compare every second phase step only")
       ->type_name("NAME")

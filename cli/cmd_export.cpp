@@ -15,7 +15,7 @@
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
 #include "compare/result_csv.hpp"
-#include "report/page_drawings.hpp"
+#include "report/plot/page_drawings.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"

@@ -4,7 +4,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
-#include "cli/tell_comparison.hpp"
+#include "cli/tell/json_output.hpp"
+#include "cli/tell/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
@@ -20,7 +21,7 @@ struct MeasureCommand {
   std::string twin;
   std::string captures;
   std::string out;
-  bool method_bias = false;
+  bool method_bias = false, json = false;
 };
 
 int run_measure(const MeasureCommand& o, const Invocation& invocation) {
@@ -55,6 +56,7 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
                     fit.numbers.at("n_gated")));
   }
   say(fmt::format("measured in {:.2f} s; written to {}", timer.seconds["measure"], o.out));
+  print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
   return convergence_exit_code(measurement, 0);
 }
 
@@ -73,6 +75,7 @@ void add_measure(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
       ->type_name("DIR")
       ->required();
+  add_json_flag(*sub, options->json, "result.json");
   begin_group(*sub, "Uncertainty");
   sub->add_flag("--method-bias", options->method_bias,
                 "Render the twin once and state what the method itself adds to each fit");

@@ -10,6 +10,7 @@
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
+#include "cli/tell/json_output.hpp"
 #include "cli/twin_argument.hpp"
 #include "compare/result/provenance.hpp"
 #include "compare/verdict/limits.hpp"
@@ -29,6 +30,7 @@ namespace fs = std::filesystem;
 struct PhotometryCommand {
   std::string twin, out, into, channel;
   std::vector<std::string> captures, dark, flat, series;
+  bool json = false;
 };
 
 /// "[CAMERA=]GLOB[@EXPOSURE_MS]"; the camera may be left out where there is only one.
@@ -212,7 +214,7 @@ int run_photometry(const PhotometryCommand& o, const Invocation& invocation) {
   write_text_file(dir / "photometry.html", calib::photometry_html(photometry, origin));
   write_text_file(dir / "photometry.json", calib::photometry_json(photometry, origin));
   for (const auto& warning : photometry.warnings) warn(warning);
-  print_summary(photometry);
+  if (!print_json_if(o.json, dir / "photometry.json")) print_summary(photometry);
   say("blocks for twin.toml: " + (dir / "photometry.toml").string());
   if (!o.into.empty()) put_into_twin(photometry, o.into, dir);
   return static_cast<int>(ExitCode::ok);
@@ -247,6 +249,7 @@ void add_photometry(CLI::App& app, Invocation& invocation) {
                   "Folder for photometry.toml, photometry.json, photometry.html and the maps of pixels")
       ->type_name("DIR")
       ->required();
+  add_json_flag(*sub, o->json, "photometry.json");
   add_twin_option(*sub, "--into", o->into,
                   "Put what was measured into this twin.toml; all its other lines stay");
   run_when_chosen(*sub, invocation, o, run_photometry);

@@ -5,6 +5,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
+#include "cli/tell/json_output.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/measured_shapes.hpp"
 #include "cosim/write_results.hpp"
@@ -21,6 +22,7 @@ namespace {
 template <class Options>
 struct TradeoffCommand {
   std::string twin, out, device;
+  bool json = false;
   Options options;
 };
 
@@ -42,9 +44,11 @@ auto measure_and_write(const TradeoffCommand<Options>& o, const Invocation& invo
   return result;
 }
 
-int tell(const std::string& table, const std::string& out, const std::string& page) {
-  fmt::print("{}", table);
-  say("page: " + (std::filesystem::path(out) / page).string());
+template <class Options>
+int tell(const std::string& table, const TradeoffCommand<Options>& o, const std::string& name) {
+  const std::filesystem::path dir = o.out;
+  if (!print_json_if(o.json, dir / (name + ".json"))) fmt::print("{}", table);
+  say("page: " + (dir / (name + ".html")).string());
   return static_cast<int>(ExitCode::ok);
 }
 
@@ -53,7 +57,7 @@ int run_needs(TradeoffCommand<tradeoff::NeedsOptions> o, const Invocation& invoc
   o.options.subset.seed = o.options.seed;
   const auto result = measure_and_write(o, invocation, "needs", tradeoff::run_needs, tradeoff::needs_html,
                                         tradeoff::needs_json);
-  return tell(tradeoff::needs_table(result, o.options), o.out, "needs.html");
+  return tell(tradeoff::needs_table(result, o.options), o, "needs");
 }
 
 int run_pareto(TradeoffCommand<tradeoff::ParetoOptions> o, const Invocation& invocation) {
@@ -66,7 +70,7 @@ int run_pareto(TradeoffCommand<tradeoff::ParetoOptions> o, const Invocation& inv
   }
   const auto result = measure_and_write(o, invocation, "pareto", tradeoff::run_pareto, tradeoff::pareto_html,
                                         tradeoff::pareto_json);
-  return tell(tradeoff::pareto_table(result), o.out, "pareto.html");
+  return tell(tradeoff::pareto_table(result), o, "pareto");
 }
 
 /// Adds the options that both have behind their own.
@@ -99,6 +103,7 @@ void add_needs(CLI::App& app, Invocation& invocation) {
   add_twin_argument(*sub, o->twin, "The twin.toml")->required();
   begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for needs.json and needs.html")->type_name("DIR")->required();
+  add_json_flag(*sub, o->json, "needs.json");
   begin_group(*sub, "Tolerance");
   tradeoff::Tolerance& tolerance = o->options.tolerance;
   for (const auto& [name, value, text] :
@@ -122,6 +127,7 @@ void add_pareto(CLI::App& app, Invocation& invocation) {
   add_twin_argument(*sub, o->twin, "The twin.toml")->required();
   begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for pareto.json and pareto.html")->type_name("DIR")->required();
+  add_json_flag(*sub, o->json, "pareto.json");
   begin_group(*sub, "Pixels and rounds");
   sub->add_flag("--quick", o->options.quick, "Few schemes, few pixels, one timing");
   sub->add_option(

@@ -10,6 +10,7 @@
 
 #include "calib/page/projector_result.hpp"
 #include "calib/solve/lit_points.hpp"
+#include "cli/tell/json_output.hpp"
 #include "compare/result/provenance.hpp"
 #include "cosim/load.hpp"
 #include "measure/measurement.hpp"
@@ -116,7 +117,8 @@ int run_projector_from(const ProjectorFromCommand& o, const Invocation& invocati
                           .camera_width_px = measured.cameras[0].width(),
                           .camera_height_px = measured.cameras[0].height()},
                          origin);
-  for (const std::string& line : calib::projector_lines(solved)) fmt::print("{}\n", plain_text(line));
+  if (!print_json_if(o.json, dir / "projector.json"))
+    for (const std::string& line : calib::projector_lines(solved)) fmt::print("{}\n", plain_text(line));
   say("for the twin: [projector] model = \"" + (dir / "projector.cameramodel").string() +
       "\" (lengths in metres: cameramodel_unit = \"m\")");
   return static_cast<int>(ExitCode::ok);

@@ -12,7 +12,7 @@ namespace fringetwin::cli {
 struct ProjectorFromCommand {
   std::string twin, captures, out;
   std::optional<std::array<int, 2>> imagersize_px = {};  ///< of the projector; else that of the twin's
-  bool solve_k1 = false;
+  bool solve_k1 = false, json = false;
 };
 
 /// Measures by stereo, solves, writes. Returns the exit code.

@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "report/html_page.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "tradeoff/needs.hpp"

@@ -8,7 +8,7 @@
 #include "report/cloud_view.hpp"
 #include "report/html_page.hpp"
 #include "report/map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 

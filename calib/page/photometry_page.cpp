@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "report/html_page.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "compare/gray/gain_fit.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 
 namespace fringetwin::compare {
 

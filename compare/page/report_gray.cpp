@@ -9,7 +9,7 @@
 #include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
 #include "report/map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "compare/page/report_parts.hpp"
 #include "report/map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
 

@@ -12,7 +12,7 @@
 #include "compare/result/side.hpp"
 #include "compare/verdict/coverage.hpp"
 #include "report/map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 
 namespace fringetwin::compare {
 

@@ -8,7 +8,7 @@
 #include "compare/page/report_parts.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "report/map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/text.hpp"
 
 namespace fringetwin::compare {

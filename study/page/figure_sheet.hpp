@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "report/heat_map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/heat_map.hpp"
+#include "report/plot/plot.hpp"
 
 namespace fringetwin::study {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "twin/number/pareto_front.hpp"
 
 namespace fringetwin::study {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "study/plan/study_point.hpp"
 #include "study/plan/study_tables.hpp"
 

@@ -235,6 +235,27 @@ TEST(CommandLine, AFolderStandsForItsTwin) {
                  {(dir / "twin.toml").string(), "radius_mm"});
 }
 
+TEST(CommandLine, JsonIsWhatTheFileHoldsAndNothingElse) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("json");
+  const std::string twin = written_twin(dir, small_twin());
+  const auto expect_printed = [&](std::vector<std::string> words, const std::string& file) {
+    const std::string out = (dir / "out").string();
+    words.insert(words.end(), {"--json", "--out", out});
+    const RunResult run = run_fringetwin(words);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.out, read_file(fs::path(out) / file)) << words[0];
+    EXPECT_TRUE(nlohmann::json::parse(run.out).contains("schema")) << words[0];
+  };
+  expect_printed({"cosim", twin}, "result.json");
+  const std::string simulated = (dir / "out" / "simulated").string();
+  expect_printed({"measure", twin, "--captures", simulated}, "result.json");
+  fs::rename(simulated, dir / "set");
+  expect_printed({"compare", twin, "--real", (dir / "set").string(), "--sim", (dir / "set").string()},
+                 "result.json");
+  expect_printed({"pareto", twin, "--quick"}, "pareto.json");
+}
+
 TEST(Export, WritesTheTablesOfAResult) {
   const auto dir = scratch_folder("export");
   write_file(dir / "result.json",

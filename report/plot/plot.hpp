@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "report/plot_series.hpp"
+#include "report/plot/plot_series.hpp"
 
 namespace fringetwin::report {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "report/map.hpp"
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 
 namespace fringetwin::report {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/heat_map.hpp"
+#include "report/plot/heat_map.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "report/plot_axes.hpp"
+#include "report/plot/plot_axes.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/page_drawings.hpp"
+#include "report/plot/page_drawings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

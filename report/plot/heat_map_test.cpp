@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/heat_map.hpp"
+#include "report/plot/heat_map.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

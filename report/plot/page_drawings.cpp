@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/page_drawings.hpp"
+#include "report/plot/page_drawings.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 
 namespace fringetwin::report {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "report/plot_axes.hpp"
+#include "report/plot/plot_axes.hpp"
 #include "report/process.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"

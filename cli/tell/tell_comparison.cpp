@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/tell_comparison.hpp"
+#include "cli/tell/tell_comparison.hpp"
 
 #include <fmt/format.h>
 

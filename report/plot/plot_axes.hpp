@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "report/plot_series.hpp"
+#include "report/plot/plot_series.hpp"
 
 namespace fringetwin::report {
 

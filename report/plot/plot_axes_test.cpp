@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What gnuplot writes at the axes: labels that differ, in a unit that fits. No tolerances: texts are exact.
-#include "report/plot_axes.hpp"
+#include "report/plot/plot_axes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <regex>
 #include <set>
 
-#include "report/plot.hpp"
+#include "report/plot/plot.hpp"
 #include "report/process.hpp"
 
 namespace fringetwin::report::plot_axes_test {

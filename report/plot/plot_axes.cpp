@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plot_axes.hpp"
+#include "report/plot/plot_axes.hpp"
 
 #include <fmt/format.h>
 
