@@ -276,6 +276,50 @@ TEST(ClosedColumns, AnImageShiftsByTensOfDegreesToo) {
                   });
 }
 
+// Of one image whose light and exposure are others than those of the steps that tell its fringe, under steady
+// light of the room and on fringes that lie further; and of no other image.
+TEST(ClosedColumns, ContrastOfOneImageIsOfItsOwnLight) {
+  constexpr double kAmbient = 1.5, kMore = -0.02;
+  Twin twin = two_cameras();
+  twin.fringes.steps = 8;
+  twin.fringes.directions[0] = {.axis = Axis::x, .pitches_px = {13}, .phase_origin_px = {0}};
+  twin.fringes.unwrap = Unwrap::none;
+  twin.projector->ambient = kAmbient;
+  GridSamples s = samples();
+  s.images = {0, 1, 2, 3, 4, 5, 6, 7};
+  s.real_dn.resize(s.cell.size() * s.images.size());
+  for (int image = 0; image < 8; ++image) {
+    twin.cameras[1].exposure_factors.push_back(1.0 + 0.05 * std::sin(2.0 + image));
+    twin.projector->light_factors.push_back(1.0 + 0.04 * std::cos(image));
+    twin.projector->image_shifts_px.push_back(0.2 * std::sin(1.0 + image));
+  }
+  const auto light_of = [&](double x, double y, int image, double contrast) {
+    const auto i = static_cast<std::size_t>(image);
+    const double psi = 2.0 * kPi * image / 8.0,
+                 at = (300.0 + 2.1 * x + 0.3 * y - twin.projector->image_shifts_px[i]) / 13.0;
+    const double wave = (0.5 + contrast) * std::cos(2.0 * kPi * at + psi);
+    return twin.cameras[1].exposure_factors[i] *
+           (twin.projector->light_factors[i] * (6.0 + 0.02 * x) * (0.5 + wave) + kAmbient);
+  };
+  const std::vector<Parameter> all = parameters_of(twin, "image_harmonics");
+  ASSERT_EQ(all.size(), 8u * 11u);
+  const auto parameter = std::ranges::find(all, "image_5.harmonic.1", &Parameter::name);
+  std::vector<float> before;
+  for (std::size_t p = 0; p < s.n_pixels(); ++p)
+    for (const int image : s.images)
+      before.push_back(static_cast<float>(light_of(place(s, p).x, place(s, p).y, image, 0.0)));
+  std::vector<float> after = before;
+  parameter->effect({twin, twin, s, before, 0.0, kMore}, after);
+  for (std::size_t p = 0, i = 0; p < s.n_pixels(); ++p)
+    for (const int image : s.images) {
+      const double truth = light_of(place(s, p).x, place(s, p).y, image, image == 5 ? kMore : 0.0);
+      ASSERT_NEAR(static_cast<double>(after[i++]), truth, 5e-6 * (truth + 1.0)) << image;
+    }
+  const auto second = std::ranges::find(all, "image_5.harmonic.2.quadrature", &Parameter::name);
+  EXPECT_EQ(second->does_as->name, "projector.harmonic.2.quadrature");
+  EXPECT_EQ(second->only_image, 5);
+}
+
 TEST(ClosedColumns, ACamerasBlurTakesContrastAway) {
   // a plane wave: a Gaussian of variance s leaves exp(-s w^2/2) of it
   const double w = 0.6;

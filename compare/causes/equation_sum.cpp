@@ -87,7 +87,7 @@ const NormalEquations& EquationSum::finish() {
     of_image_[j].setZero();
   }
   for (Eigen::Index i = 0; i < squares.size(); ++i) {
-    if (sum_.normal(i, i) > kRounding * squares[i]) continue;
+    if (!(sum_.normal(i, i) <= kRounding * squares[i])) continue;  // also what is no number
     sum_.normal.row(i).setZero(), sum_.normal.col(i).setZero();
     sum_.right[i] = 0.0;
   }

@@ -29,25 +29,10 @@ constexpr double kNotTold = 0.5;       ///< of the prior
 constexpr int kMostRounds = 5;         ///< of a fit with curves told at another gain
 constexpr std::size_t kFewestBlocks = 12, kFewestImages = 4;
 
-/// Returns the standard deviation of a parameter about its start before any image is seen; 0: none.
-double prior_of(const Parameter& p) { return p.expected > 0.0 ? p.expected : prior_steps(p.group) * p.step; }
-
 /// Returns how much larger than `variance` a scatter of n sums must be to mean more than chance.
 double beyond_chance(std::size_t n) { return 1.0 + 3.0 * std::sqrt(2.0 / (static_cast<double>(n) - 1.0)); }
 
 }  // namespace
-
-bool is_geometric(const std::string& group) { return prior_steps(group) > 0.0; }
-
-double prior_steps(const std::string& group) {
-  if (group == "pose" || group == "size") return 500.0;  // 5 mm, 50 mrad
-  if (group == "rig") return 1000.0;                     // 10 mm, 10 mrad
-  if (group == "intrinsics") return 250.0;               // 5 px of a principal point, 12 px of a focal length
-  if (group == "lens") return 100.0;                     // 0.1
-  if (group == "image_shift") return 30.0;
-  if (group == "motion") return 50.0;  // 0.5 mm, 5 mrad
-  return 0.0;
-}
 
 GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Parameter> parameters,
                    GroupFitOptions options, const Eigen::VectorXd& begin, Sensitivity::Values base)
@@ -102,17 +87,6 @@ std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
   return all;
 }
 
-/// Returns the squares that the prior adds to chi2.
-double GroupFit::prior_chi2(const Eigen::VectorXd& values) const {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (const double prior = prior_of(parameters_[k]); prior > 0.0) {
-      const double off = (values[k] - parameters_[k].start) / prior;
-      sum += off * off;
-    }
-  return sum;
-}
-
 /// Returns chi2 of a prediction with the best gain and black level, and puts them into the samples.
 double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
   if (&base == &base_) sensitivity_.take_exposures(twin());  // others come from predict()
@@ -161,18 +135,6 @@ std::vector<std::size_t> GroupFit::told_of(const Block& block) const {
   for (const std::size_t k : block.at)
     if (known_[k].told) told.push_back(k);
   return told;
-}
-
-/// Returns the equations of a block where the fit is, with the prior of its parameters.
-NormalEquations GroupFit::equations_with_prior(FreePerPixel free) {
-  if (!columns_) render_columns();
-  NormalEquations e = sensitivity_.equations_at(base_, *columns_, free);
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (const double prior = prior_of(parameters_[k]); prior > 0.0) {
-      e.normal(k, k) += 1.0 / (prior * prior);
-      e.right[k] -= (values_[k] - parameters_[k].start) / (prior * prior);
-    }
-  return e;
 }
 
 double GroupFit::null_of(const std::vector<std::size_t>& parameters) const {

@@ -19,6 +19,8 @@ bool is_geometric(const std::string& group);
 /// Returns the standard deviation of what is known of a parameter before any image, in its own steps; 0:
 /// none.
 double prior_steps(const std::string& group);
+/// Returns the standard deviation of a parameter about its start before any image is seen; 0: none.
+double prior_of(const Parameter& parameter);
 
 /// How a GroupFit is made.
 struct GroupFitOptions {
@@ -146,6 +148,7 @@ class GroupFit {
   std::vector<std::size_t> sensors_of(FreePerPixel free) const;
   std::vector<std::size_t> told_of(const Block& block) const;
   double null_of(const std::vector<std::size_t>& parameters) const;
+  std::vector<std::vector<std::size_t>> shares_of_others() const;
   double prior_chi2(const Eigen::VectorXd& values) const;
   /// Returns what is predicted with these values, whose exposures the equations count with from now on.
   Sensitivity::Values predict(const Eigen::VectorXd& values);

@@ -215,7 +215,7 @@ std::vector<GridSamples> samples_of(const HeldOutInput& in, const Side& real, co
   return out;
 }
 
-/// Returns what of a request can be fitted to these steps: the factor of a single image that is held out
+/// Returns what of a request can be fitted to these steps: what is a single image's own that is held out
 /// cannot.
 std::vector<std::string> without_images(const Twin& twin, const std::vector<std::string>& asked,
                                         const std::vector<int>& steps) {
@@ -223,7 +223,7 @@ std::vector<std::string> without_images(const Twin& twin, const std::vector<std:
   const std::vector<Parameter> told = refinable_parameters(twin, {}, steps),
                                all = refinable_parameters(twin, {});
   for (const std::string& name : asked) {
-    const auto is = [&](const Parameter& p) { return p.name == name; };
+    const auto is = [&](const Parameter& p) { return p.name == name || p.name.starts_with(name + "."); };
     if (!std::ranges::any_of(all, is) || std::ranges::any_of(told, is)) out.push_back(name);
   }
   return out;

@@ -299,6 +299,20 @@ TEST_F(HeldOut, SayThatAHarmonicIsLackingAndThatItIsNot) {
   expect_right(held_out(real, {"harmonics"}));
 }
 
+// What is one image's own is fitted where it is not held out, and nothing tells it where it is.
+TEST_F(HeldOut, KnowNothingOfTheirOwnWaveform) {
+  Twin rig = twin_;
+  rig.fringes.image_harmonics.assign(expand_sequence(twin_.fringes).size(), {});
+  rig.fringes.image_harmonics[4] = {{-0.01, 0.0}, {0.03, 0.01}};
+  const std::string own = expand_sequence(twin_.fringes)[4].label(twin_.fringes);
+  for (const HeldOutRow& row : held_out(recorded(rig), {"image_4.harmonic"})) {
+    if (row.pattern == own)
+      EXPECT_GT(row.ratio, 1.5);
+    else
+      EXPECT_NEAR(row.ratio, 1.0, 4.0 * row.ratio_sigma) << row.pattern;
+  }
+}
+
 TEST_F(HeldOut, TakeTheirOwnLightAlone) {
   const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
   std::vector<CameraImages> real = recorded(twin_);

@@ -9,10 +9,11 @@ namespace fringetwin::compare {
 
 /// Returns the parameters of the groups light, exposure and timing (of the phase steps `use_steps`, all where
 /// it is empty), room_light, camera_response, camera_knee, projector_field, image_shift, image_harmonics,
-/// motion and camera_psf; none of others. Their `effect` gives derivatives (that of timing is left out where
-/// images that are not compared stand beside the image); `instead` is empty but for image_shift beside
-/// pixel_structure. `change` is there for those that a key of twin.toml holds: light, exposure, timing,
-/// camera_knee, projector_field, image_harmonics, and image_shift without pixel_structure.
+/// motion and camera_psf; none of others. Their `effect` gives derivatives (image_harmonics has one of the
+/// first order alone; that of timing is left out where images that are not compared stand beside the image);
+/// `instead` is empty but for image_shift beside pixel_structure. `change` is there for those that a key of
+/// twin.toml holds: light, exposure, timing, camera_knee, projector_field, image_harmonics, and image_shift
+/// without pixel_structure.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 

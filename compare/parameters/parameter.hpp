@@ -55,8 +55,8 @@ struct Parameter {
   bool acts_beside_others = false;
   std::optional<std::size_t> camera = {};  ///< the only one whose images change; all without
   std::string instead = {};  ///< what to do where refined.toml cannot hold the value; empty where it can
-  /// By how much the value is expected to differ from its start: what others do as well is theirs, as far as
-  /// it would differ more. 0: nothing is expected of it.
+  /// Standard deviation of a prior about the start; 0: none. It is weak: it settles what the images do not
+  /// tell, as where other parameters do the same.
   double expected = 0.0;
   /// Another parameter of which this one does so many times as much, by the place in the projector's image
   /// that lights a pixel, or as much in one image of the sequence alone: several that do as the same one need

@@ -41,7 +41,7 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 constexpr std::array kByThemselves{"size",       "specular",        "intrinsics",      "motion",
                                    "timing",     "projector_field", "blur_field",      "camera_knee",
                                    "halo",       "camera_response", "harmonics_field", "harmonics_high",
-                                   "subsurface", "roughness"};
+                                   "subsurface", "roughness",       "image_harmonics"};
 bool matches(const Parameter& p, const std::string& asked) {
   const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
   return p.group == asked || p.name == asked ||
@@ -116,6 +116,10 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
         ExitCode::usage, "--refine",
         fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
         "refine one of them; the other stays at the twin's value");
+  if (is_fitted("contrast") && is_fitted("image_harmonics"))
+    throw UserError(ExitCode::usage, "--refine",
+                    "image_harmonics, a contrast of each image, contains the contrast of its pitch",
+                    "refine one of them");
   if (is_asked(asked, "offset") && is_asked(asked, "black"))
     throw UserError(ExitCode::usage, "--refine",
                     "an offset per pixel contains the black level: the images cannot tell them apart",
@@ -263,7 +267,7 @@ class Refiner {
 
   void refuse_what_cannot_be_told(GroupFit& fit) const {
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (!parameters_[k].acts_beside_others && fit.changes_nothing(k))
+      if (!parameters_[k].acts_beside_others && parameters_[k].expected == 0.0 && fit.changes_nothing(k))
         throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
                         "leave it out");
     if (const std::string alike = fit.cannot_be_told(); !alike.empty())
@@ -462,7 +466,9 @@ class Refiner {
         const GroupFit::Known &a = fit.known()[told[i]], &b = fit.known()[told[j]];
         const double r = fit.covariance()(told[i], told[j]) / a.noise_sigma / b.noise_sigma;
         report_.covariance(i, j) = r * a.sigma * b.sigma;
-        if (j < i && std::abs(r) > kHighCorrelation)
+        // what images do not tell of expected ones is taken for none
+        const bool is_taken = parameters_[told[i]].expected > 0.0 && parameters_[told[j]].expected > 0.0;
+        if (j < i && std::abs(r) > kHighCorrelation && !is_taken)
           report_.notes.push_back(fmt::format("{} and {} are told apart poorly (correlation {:+.3f})",
                                               parameters_[told[j]].name, parameters_[told[i]].name, r));
       }

@@ -449,6 +449,7 @@ Twin everything() {
   twin.render.glossy_bounces = true;
   give_light_factors(twin);
   p.image_shifts_px.assign(12, 0.1);
+  twin.fringes.image_harmonics.assign(12, {{0.01, 0.0}});
   std::get<PlaneShape>(twin.objects[1].shape).albedo_map = std::make_shared<ImageF>(2, 2, 0.5F);
   return twin;
 }

@@ -62,7 +62,7 @@ TEST(ImageHarmonics, OffChangesNoBit) {
 }
 
 // Beside harmonics of all images and without, formed from the fundamental and traced, through blur, halo,
-// response, contrast of the pitches, defocus, over another surface, below the surface, along both axes.
+// response, contrast of the pitches, defocus, below the surface, along both axes.
 TEST(ImageHarmonics, AgreeWithTheReference) {
   REQUIRE_RENDERER();
   for (const Axis axis : {Axis::x, Axis::y}) {
@@ -90,6 +90,62 @@ TEST(ImageHarmonics, AgreeWithTheReference) {
   twin.projector->blur_px = 1.2;
   twin.projector->halo = {{.share = 0.2, .sigma_px = 5.0}};
   expect_agreement(twin, "images, halo", 50, 7);
+  twin = corner;
+  twin.objects[0].material.mean_free_path_mm = 0.5;
+  expect_agreement(twin, "images, subsurface", 50, 7);
+}
+
+/// The image must be that of a twin all of whose fringes have these harmonics, whatever else it has, and the
+/// others do not care which image has them.
+void expect_as_of_all(const Twin& twin, std::size_t image, const std::string& what) {
+  const Harmonics own{{0.0, 0.0}, {0.01, -0.02}, {}, {0.0, 0.005}};
+  Twin single = twin, next = twin, all = twin;
+  for (Twin* t : {&single, &next})
+    t->fringes.image_harmonics.assign(expand_sequence(twin.fringes).size(), {});
+  single.fringes.image_harmonics[image] = next.fringes.image_harmonics[image - 1] = own;
+  for (DirectionFringes& d : all.fringes.directions)
+    d.harmonics.assign(d.pitches_px.size(), Harmonics(own.begin() + 1, own.end()));
+  const auto a = render_fixed(single), b = render_fixed(all), other = render_fixed(next);
+  double changed = 0.0;
+  for (std::size_t k = 0; k < a.irradiance[image].size(); ++k) {
+    const auto seen = static_cast<double>(a.irradiance[image].data[k]);
+    ASSERT_NEAR(seen, static_cast<double>(b.irradiance[image].data[k]), 2e-6 * 60.0) << what;
+    changed = std::max(changed, std::abs(seen - static_cast<double>(other.irradiance[image].data[k])));
+  }
+  EXPECT_GT(changed, 0.1) << what;
+  for (std::size_t i = 0; i < a.irradiance.size(); ++i)
+    if (i != image && i != image - 1) {
+      EXPECT_EQ(a.irradiance[i].data, other.irradiance[i].data) << what << ' ' << i;
+    }
+}
+
+TEST(ImageHarmonics, AreThoseOfAllFringesInOneImage) {
+  REQUIRE_RENDERER();
+  const Twin plain = window();
+  Twin twin = plain;
+  const std::size_t n = expand_sequence(twin.fringes).size();
+  for (std::size_t i = 0; i < n; ++i) {
+    twin.projector->image_shifts_px.push_back(0.3 * std::sin(static_cast<double>(i)));
+    twin.projector->light_factors.push_back(1.0 + 0.05 * std::cos(static_cast<double>(i)));
+  }
+  expect_as_of_all(twin, 17, "shifts and light");
+  twin = window_on_a_corner(0.8, 80, 60);
+  twin.fringes.steps = 12;
+  twin.render.bounces = 1;
+  expect_as_of_all(twin, 17, "bounces");
+  twin = plain;
+  twin.fringes.directions.push_back(twin.fringes.directions[0]);
+  twin.fringes.directions[1].axis = Axis::y;
+  expect_as_of_all(twin, 36 + 17, "a second direction");
+  twin = plain;
+  twin.objects[0].motion = {0.5, 0.0, 0.0};
+  expect_as_of_all(twin, 5, "motion");
+  twin = plain;
+  twin.fringes.unwrap = Unwrap::gray;
+  DirectionFringes& d = twin.fringes.directions[0];
+  d.pitches_px = {13.0}, d.phase_origin_px = {0.0};
+  d.gray = GrayCode{.bits = 7, .complementary = true};
+  expect_as_of_all(twin, 11, "a code behind");
 }
 
 // A contrast c is a first harmonic of (c - 1) times the amplitude, of all images alike.

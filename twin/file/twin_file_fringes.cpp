@@ -282,7 +282,7 @@ void read_image_harmonics(const TomlTable& root, Twin& twin) {
   static const std::string key = "image_harmonics";
   const TomlTable table = *root.table("fringes");
   const auto lists = table.lists_of_rows(key, 2, NumberRange::between(-1.0, 1.0));
-  if (!lists) return;
+  if (!lists || (lists->size() == 1 && lists->front().empty())) return;  // [] is none
   const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
   if (lists->size() != sequence.size())
     table.fail(

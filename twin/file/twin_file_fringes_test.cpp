@@ -86,6 +86,7 @@ TEST_F(TwinFileFringes, HarmonicsOfSingleImages) {
   EXPECT_EQ(fringes.more_harmonics(fringes.directions[0])[0], std::hypot(0.5, 0.125));
   EXPECT_EQ(fringes.largest_contrast(), 1.5);
   EXPECT_FALSE(load(text("[[], [], [], [], []]")).fringes.has_image_harmonics());
+  EXPECT_FALSE(load(text("[]")).fringes.has_image_harmonics());
   EXPECT_FALSE(load(text("[[], [[0, 0]], [], [], []]")).fringes.has_image_harmonics());
   const auto wrong = [&](const std::string& lists) { return error(text(lists), "image_harmonics"); };
   EXPECT_THAT(wrong("[[], [[0.1, 0]]]"), HasSubstr("has 2 lists of pairs, the sequence has 5 images"));
