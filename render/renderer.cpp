@@ -124,14 +124,14 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   const std::vector<std::uint32_t> blocks = active_blocks(camera, scene, lens);
   const SeriesTable series = choose_series(twin, tuning_.pattern_method, sampling.phase_error_rad);
   const bool has_field = twin.fringes.has_harmonics_field() && twin.fringes.steps > 0;
-  const bool of_images = twin.fringes.has_image_harmonics() && twin.fringes.steps > 0;
-  const SeriesTable largest = has_field || of_images ? largest_series(twin, series) : series;
+  const bool varies = has_field || (twin.fringes.has_image_harmonics() && twin.fringes.steps > 0);
+  const SeriesTable largest = varies ? largest_series(twin, series) : series;
   HarmonicsPlan harmonics;
   if (sampling.sampler == Sampler::adaptive && scene.maps.empty())
     harmonics = plan_harmonics(twin, camera, largest, sampling.phase_error_rad, projector.cx, projector.cy);
   const std::vector<PassPlan> passes =
       plan_passes(twin, harmonics.formed() ? fundamentals_of(largest) : largest, projector.cx, projector.cy);
-  if (has_field || of_images) refuse_direct_steps(twin, series);
+  if (varies) refuse_direct_steps(twin, series);
 
   Transport out = empty_transport(twin, passes, series, camera.lens.width(), camera.lens.height());
   bool adaptive = sampling.sampler == Sampler::adaptive &&

@@ -35,11 +35,11 @@ EquationSum::EquationSum(Eigen::Index n_unknowns, const ColumnsOfImages& columns
 }
 
 void EquationSum::take(const Eigen::MatrixXd& own, std::uint64_t n_values) {
-  if (own.cols() > 0 && by_images_) {
+  if (!by_images_) {
+    take_off(own, rows());
+  } else if (own.cols() > 0) {
     own_rows_.middleRows(own_filled_, own.cols()).noalias() = own.transpose() * rows();
     own_filled_ += own.cols();
-  } else if (own.cols() > 0) {
-    rows() -= own * (own.transpose() * rows());
   }
   sum_.n += n_values;
   filled_ += n_images_;

@@ -11,6 +11,11 @@ namespace fringetwin::compare {
 /// Which unknowns change the values of each image at all.
 using ColumnsOfImages = std::vector<std::vector<Eigen::Index>>;
 
+/// Takes off a pixel's rows what it has of its own, an orthonormal basis.
+inline void take_off(const Eigen::MatrixXd& own, Eigen::Ref<Eigen::MatrixXd> rows) {
+  if (own.cols() > 0) rows -= own * (own.transpose() * rows);
+}
+
 /// Sums up J^T J and J^T r of the rows J = (1 - Q Q^T) W of pixels, Q an orthonormal basis of what a pixel
 /// has of its own. As W^T W - (Q^T W)^T (Q^T W), where unknowns that change single images make W so sparse
 /// that this takes less than half of the time: what is left of an unknown by rounding alone is 0 then.

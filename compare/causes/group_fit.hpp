@@ -129,6 +129,11 @@ class GroupFit {
     FreePerPixel free = FreePerPixel::nothing;
     std::vector<std::size_t> at;  ///< of its parameters
   };
+  /// The mean of some parameters, one or more, is that of their starts, to a standard deviation.
+  struct Belief {
+    std::vector<std::size_t> mean_of;
+    double sigma = 0.0;
+  };
   /// A damped step of some parameters and the sensors.
   struct Damped {
     std::vector<std::size_t> unknowns;  ///< in the equations
@@ -149,6 +154,8 @@ class GroupFit {
   std::vector<std::size_t> told_of(const Block& block) const;
   double null_of(const std::vector<std::size_t>& parameters) const;
   std::vector<std::vector<std::size_t>> shares_of_others() const;
+  std::vector<Belief> beliefs() const;
+  double off_start(const Belief& belief, const Eigen::VectorXd& values) const;
   double prior_chi2(const Eigen::VectorXd& values) const;
   /// Returns what is predicted with these values, whose exposures the equations count with from now on.
   Sensitivity::Values predict(const Eigen::VectorXd& values);

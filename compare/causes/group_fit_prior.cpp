@@ -52,19 +52,28 @@ std::vector<std::vector<std::size_t>> GroupFit::shares_of_others() const {
   return out;
 }
 
+/// Returns what is believed: of each parameter by itself, and of the mean of those that share in another.
+std::vector<GroupFit::Belief> GroupFit::beliefs() const {
+  std::vector<Belief> out;
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    if (const double prior = prior_of(parameters_[k]); prior > 0.0) out.push_back({{k}, prior});
+  for (std::vector<std::size_t>& shares : shares_of_others()) out.push_back({std::move(shares), kNoMean});
+  return out;
+}
+
+/// Returns how far the mean of some values is from that of their starts.
+double GroupFit::off_start(const Belief& belief, const Eigen::VectorXd& values) const {
+  double sum = 0.0;
+  for (const std::size_t k : belief.mean_of) sum += values[k] - parameters_[k].start;
+  return sum / static_cast<double>(belief.mean_of.size());
+}
+
 /// Returns the squares that the prior adds to chi2.
 double GroupFit::prior_chi2(const Eigen::VectorXd& values) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (const double prior = prior_of(parameters_[k]); prior > 0.0) {
-      const double off = (values[k] - parameters_[k].start) / prior;
-      sum += off * off;
-    }
-  for (const std::vector<std::size_t>& shares : shares_of_others()) {
-    double mean = 0.0;
-    for (const std::size_t k : shares)
-      mean += (values[k] - parameters_[k].start) / static_cast<double>(shares.size());
-    sum += mean * mean / (kNoMean * kNoMean);
+  for (const Belief& belief : beliefs()) {
+    const double off = off_start(belief, values) / belief.sigma;
+    sum += off * off;
   }
   return sum;
 }
@@ -73,18 +82,12 @@ double GroupFit::prior_chi2(const Eigen::VectorXd& values) const {
 NormalEquations GroupFit::equations_with_prior(FreePerPixel free) {
   if (!columns_) render_columns();
   NormalEquations e = sensitivity_.equations_at(base_, *columns_, free);
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    if (const double prior = prior_of(parameters_[k]); prior > 0.0) {
-      e.normal(k, k) += 1.0 / (prior * prior);
-      e.right[k] -= (values_[k] - parameters_[k].start) / (prior * prior);
-    }
-  for (const std::vector<std::size_t>& shares : shares_of_others()) {
-    const double part = 1.0 / (static_cast<double>(shares.size()) * kNoMean);
-    double mean = 0.0;
-    for (const std::size_t k : shares) mean += part * (values_[k] - parameters_[k].start);
-    for (const std::size_t i : shares) {
-      for (const std::size_t j : shares) e.normal(i, j) += part * part;
-      e.right[i] -= part * mean;
+  for (const Belief& belief : beliefs()) {
+    const double part = 1.0 / static_cast<double>(belief.mean_of.size()),
+                 variance = belief.sigma * belief.sigma, off = off_start(belief, values_);
+    for (const std::size_t i : belief.mean_of) {
+      for (const std::size_t j : belief.mean_of) e.normal(i, j) += part * part / variance;
+      e.right[i] -= part * off / variance;
     }
   }
   return e;

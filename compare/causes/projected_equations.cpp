@@ -280,7 +280,7 @@ Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& 
                                         static_cast<std::size_t>(s.grid.height / side + 1));
     for (std::size_t p = 0; p < s.n_pixels(); ++p) {
       if (pixel_rows(c, p, base, unknowns, free, scratch, rows, residual) == 0) continue;
-      if (scratch.own.cols() > 0) rows -= scratch.own * (scratch.own.transpose() * rows);
+      take_off(scratch.own, rows);
       const auto cell = static_cast<int>(s.cell[p]);
       Eigen::VectorXd& block = blocks[cell / s.grid.width / side * across + cell % s.grid.width / side];
       if (block.size() == 0) block = Eigen::VectorXd::Zero(size);

@@ -223,7 +223,7 @@ std::vector<std::string> without_images(const Twin& twin, const std::vector<std:
   const std::vector<Parameter> told = refinable_parameters(twin, {}, steps),
                                all = refinable_parameters(twin, {});
   for (const std::string& name : asked) {
-    const auto is = [&](const Parameter& p) { return p.name == name || p.name.starts_with(name + "."); };
+    const auto is = [&](const Parameter& p) { return is_asked_by(name, p); };
     if (!std::ranges::any_of(all, is) || std::ranges::any_of(told, is)) out.push_back(name);
   }
   return out;

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/harmonic_parts.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "render/pattern/waveform.hpp"
 #include "twin/lens/linear.hpp"
@@ -17,8 +18,7 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr int kStepsForWaveforms = 6, kHighestOrder = 7;  ///< as of the group harmonics
-constexpr double kExpected = 0.02;                        ///< of full scale: a 25th of a whole fringe's swing
+constexpr double kExpected = 0.02;  ///< of full scale: a 25th of a whole fringe's swing
 
 /// The first harmonic of one image in a pixel, from all steps of its pitch that are there.
 struct FringeOfImage {
@@ -133,30 +133,24 @@ class ImageList : private GroupList {
   /// With a factor and an offset of each pixel waveforms of all images that together stand still in the image
   /// cannot be told; they are taken for none.
   std::vector<Parameter> harmonics() {
-    const int most = std::min(kHighestOrder, twin_.fringes.steps - 2);
+    const int most = std::min(kMostHarmonics, twin_.fringes.steps - 2);
     for (const int image : compared_)
       for (int k = 1; k <= most; ++k) {
-        add_part(image, k, "", &Harmonic::cosine);
-        if (k > 1) add_part(image, k, ".quadrature", &Harmonic::sine);
+        add_part(image, k, &Harmonic::cosine);
+        if (k > 1) add_part(image, k, &Harmonic::sine);
       }
     return std::move(list_);
   }
 
  private:
-  double value_of(int image, int order, double Harmonic::*part) const {
-    const Harmonics& list = twin_.fringes.harmonics_of_image(static_cast<std::size_t>(image));
-    const auto i = static_cast<std::size_t>(order - 1);
-    return i < list.size() ? list[i].*part : 0.0;
-  }
-
-  void add_part(int image, int order, const char* name, double Harmonic::*part) {
-    const auto at = static_cast<std::size_t>(image), i = static_cast<std::size_t>(order - 1);
-    Parameter& p = add(fmt::format("image_{}.harmonic.{}{}", image, order, name), "",
-                       value_of(image, order, part), 1e-3, [=, n = patterns_.size()](Twin& t, double d) {
+  void add_part(int image, int order, double Harmonic::*part) {
+    constexpr int kLowest = 1;  // of an image's own
+    const auto at = static_cast<std::size_t>(image);
+    Parameter& p = add(fmt::format("image_{}.harmonic.{}{}", image, order, name_of_part(part)), "",
+                       harmonic_part(twin_.fringes.harmonics_of_image(at), order, part, kLowest), 1e-3,
+                       [=, n = patterns_.size()](Twin& t, double d) {
                          t.fringes.image_harmonics.resize(n);
-                         Harmonics& list = t.fringes.image_harmonics[at];
-                         list.resize(std::max(list.size(), i + 1));
-                         list[i].*part += d;
+                         add_to_part(t.fringes.image_harmonics[at], order, part, d, kLowest);
                        });
     p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
     p.expected = kExpected;
@@ -189,7 +183,7 @@ std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vecto
 }
 
 std::vector<Parameter> image_harmonics_parameters(const Twin& twin, const std::vector<int>& compared) {
-  if (!twin.projector || twin.projector->pixel_structure || twin.fringes.steps < kStepsForWaveforms)
+  if (!twin.projector || twin.projector->pixel_structure || twin.fringes.steps < kStepsForHarmonics)
     return {};
   return ImageList(twin, "image_harmonics", compared).harmonics();
 }

@@ -11,6 +11,7 @@
 
 #include "compare/parameters/camera_curves.hpp"
 #include "compare/parameters/closed_columns.hpp"
+#include "compare/parameters/harmonic_parts.hpp"
 #include "compare/parameters/parameters_geometry.hpp"
 #include "compare/parameters/parameters_surfaces.hpp"
 #include "twin/base/errors.hpp"
@@ -20,24 +21,11 @@ namespace {
 
 using Change = std::function<void(Twin&, double)>;
 
-constexpr int kStepsForHarmonics = 6, kMostHarmonics = 7;
 /// Of the group harmonics_high: the orders that twin.toml holds, with steps that tell all lower ones.
 constexpr int kStepsForHigh = kMostHarmonics + 2, kMostHigh = 16;
 constexpr double kSmallestContrast = 1e-3;
 constexpr double kLeastBlurOfHaloPx2 = 0.01;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
-
-/// Returns a part of the harmonic of an order; 0 where the list ends before.
-double harmonic_part(const Harmonics& list, int order, double Harmonic::*part) {
-  const auto i = static_cast<std::size_t>(order - 2);
-  return i < list.size() ? list[i].*part : 0.0;
-}
-
-void add_to_part(Harmonics& list, int order, double Harmonic::*part, double change) {
-  const auto i = static_cast<std::size_t>(order - 2);
-  if (list.size() <= i) list.resize(i + 1);
-  list[i].*part += change;
-}
 
 /// Adds to a part of a harmonic of the fringes of every pitch.
 void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double change) {
@@ -147,13 +135,13 @@ class ParameterList : private GroupList {
     const std::vector<Harmonics>& field = twin_.fringes.directions.front().harmonics_field;
     for (std::size_t t = 0; t < kHarmonicsFieldTerms; ++t)
       for (int k = 2; k <= most; ++k)
-        for (const auto& [name, part] :
-             {std::pair{"", &Harmonic::cosine}, std::pair{".quadrature", &Harmonic::sine}}) {
+        for (double Harmonic::*part : {&Harmonic::cosine, &Harmonic::sine}) {
           const double start = t < field.size() ? harmonic_part(field[t], k, part) : 0.0;
           const LegendreOrders& orders = kLightFieldTerms[t];
-          Parameter& p = add(
-              fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k, name), "", start,
-              1e-3, [t, k, part = part](Twin& twin, double d) { add_to_field(twin, t, k, part, d); });
+          Parameter& p =
+              add(fmt::format("projector.harmonics_field.{}_{}.{}{}", orders[0], orders[1], k,
+                              name_of_part(part)),
+                  "", start, 1e-3, [t, k, part](Twin& twin, double d) { add_to_field(twin, t, k, part, d); });
           p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
           p.does_as = std::make_shared<Parameter>(harmonic_parameter(twin_, k, part));
           p.times = [projector = *twin_.projector, t](const Eigen::Vector2d& px) {
@@ -271,7 +259,7 @@ class ParameterList : private GroupList {
 
 Parameter harmonic_parameter(const Twin& twin, int order, double Harmonic::*part) {
   return {.group = "harmonics",
-          .name = fmt::format("projector.harmonic.{}{}", order, part == &Harmonic::sine ? ".quadrature" : ""),
+          .name = fmt::format("projector.harmonic.{}{}", order, name_of_part(part)),
           .unit = "",
           .start = harmonic_part(twin.fringes.directions.front().harmonics_of(0), order, part),
           .step = 1e-3,

@@ -42,11 +42,15 @@ constexpr std::array kByThemselves{"size",       "specular",        "intrinsics"
                                    "timing",     "projector_field", "blur_field",      "camera_knee",
                                    "halo",       "camera_response", "harmonics_field", "harmonics_high",
                                    "subsurface", "roughness",       "image_harmonics"};
-bool matches(const Parameter& p, const std::string& asked) {
+}  // namespace
+
+bool is_asked_by(const std::string& asked, const Parameter& p) {
   const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
   return p.group == asked || p.name == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
+
+namespace {
 
 /// Returns whether a part of the projector's halo is asked for, of which the images of a code tell more.
 bool asks_for_halo(const std::vector<std::string>& asked) {
@@ -72,7 +76,7 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
     for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) {
       bool wanted = false;
       for (std::size_t i = 0; i < asked.size(); ++i)
-        if (matches(p, asked[i])) wanted = met[i] = true;
+        if (is_asked_by(asked[i], p)) wanted = met[i] = true;
       if (wanted && !p.instead.empty())
         throw UserError(ExitCode::usage, "--refine", "no key of twin.toml holds " + p.name, p.instead);
       if (wanted) chosen.push_back(std::move(p));

@@ -18,6 +18,10 @@ namespace fringetwin::compare {
 std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
                                             const std::vector<int>& use_steps = {});
 
+/// Returns whether a word of `--refine` means this parameter: its group, its name, or what stands before a
+/// dot.
+bool is_asked_by(const std::string& asked, const Parameter& parameter);
+
 /// Returns the words that `--refine` takes, for messages: groups, "texture", "offset", "gain", "black".
 std::string refine_names();
 

@@ -72,6 +72,20 @@ void give_halo(const Projector& projector, double pitch_px, PhaseSeries* series)
   }
 }
 
+/// Returns harmonics of the orders from `lowest` on that fringes of a pitch have besides, as a series of n
+/// coefficients with the pitch's contrast and what the halo leaves.
+PhaseSeries series_besides(const Twin& twin, const DirectionFringes& direction, std::size_t pitch,
+                           const Harmonics& list, std::size_t lowest, std::size_t n) {
+  PhaseSeries series;
+  series.a.assign(n, 0.0);
+  series.b = series.a;
+  for (std::size_t k = lowest; k < std::min(n, list.size() + lowest); ++k)
+    series.a[k] = list[k - lowest].cosine, series.b[k] = list[k - lowest].sine;
+  give_contrast(direction.contrast_of(pitch), &series);
+  give_halo(*twin.projector, direction.pitches_px[pitch], &series);
+  return series;
+}
+
 }  // namespace
 
 PhaseSeries short_series(const Projector& projector, const Fringes& fringes, double pitch_px,
@@ -109,15 +123,8 @@ SeriesOfField field_series(const Twin& twin, const SeriesTable& series) {
     const DirectionFringes& direction = twin.fringes.directions[d];
     out.emplace_back(series[d].size());
     for (std::size_t p = 0; p < series[d].size(); ++p)
-      for (const Harmonics& term : direction.harmonics_field) {
-        PhaseSeries& of_term = out[d][p].emplace_back();
-        of_term.a.assign(series[d][p].a.size(), 0.0);
-        of_term.b = of_term.a;
-        for (std::size_t k = 2; k < std::min(of_term.a.size(), term.size() + 2); ++k)
-          of_term.a[k] = term[k - 2].cosine, of_term.b[k] = term[k - 2].sine;
-        give_contrast(direction.contrast_of(p), &of_term);
-        give_halo(*twin.projector, direction.pitches_px[p], &of_term);
-      }
+      for (const Harmonics& term : direction.harmonics_field)
+        out[d][p].push_back(series_besides(twin, direction, p, term, 2, series[d][p].a.size()));
   }
   return out;
 }
@@ -125,16 +132,11 @@ SeriesOfField field_series(const Twin& twin, const SeriesTable& series) {
 PhaseSeries series_of_image(const Twin& twin, const PhaseSeries& of_pitch, const PatternSpec& spec,
                             std::size_t image) {
   const Harmonics& own = twin.fringes.harmonics_of_image(image);
-  PhaseSeries out = of_pitch, added;
+  PhaseSeries out = of_pitch;
   if (own.empty()) return out;
-  const DirectionFringes& direction = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
-  const auto p = static_cast<std::size_t>(spec.pitch);
-  added.a.assign(out.a.size(), 0.0);
-  added.b = added.a;
-  for (std::size_t k = 1; k < std::min(added.a.size(), own.size() + 1); ++k)
-    added.a[k] = own[k - 1].cosine, added.b[k] = own[k - 1].sine;
-  give_contrast(direction.contrast_of(p), &added);
-  give_halo(*twin.projector, direction.pitches_px[p], &added);
+  const PhaseSeries added =
+      series_besides(twin, twin.fringes.directions[static_cast<std::size_t>(spec.direction)],
+                     static_cast<std::size_t>(spec.pitch), own, 1, out.a.size());
   out.b.resize(out.a.size(), 0.0);
   for (std::size_t k = 1; k < out.a.size(); ++k) out.a[k] += added.a[k], out.b[k] += added.b[k];
   return out;
