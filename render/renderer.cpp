@@ -12,6 +12,7 @@
 #include "render/pattern/form_images.hpp"
 #include "render/pattern/formed_harmonics.hpp"
 #include "render/pattern/projector_places.hpp"
+#include "render/pattern/raster_waves.hpp"
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/scene/pack_scene.hpp"
@@ -153,6 +154,8 @@ Transport Renderer::trace(const Twin& twin, std::size_t camera_index, const Samp
   device_->kernels().stop_soon();
   out.sampling.precise = device_->precise();
   if (has_field) add_harmonics_field(twin, camera_index, out);
+  if (twin.fringes.has_raster() && twin.fringes.steps > 0)
+    take_waves(twin, trace(showing_waves(twin), camera_index, sampling_of_waves(twin, sampling), seed), out);
   out.trace_ms = 1e3 * watch.elapsed().wall_s;
   return out;
 }

@@ -146,6 +146,17 @@ Effect waveform_per_image() {
           "[fringes] image_harmonics = [[[a1, b1], ...], ...], one list per image"};
 }
 
+Effect waves_of_raster() {
+  return {"waves of the raster",
+          EffectStage::light,
+          "fringes without waves that their fine structure makes with the projector's pixels",
+          [](const Twin& t) { return t.projector && t.fringes.steps > 0 && t.fringes.has_raster(); },
+          [](Twin& t) {
+            for (DirectionFringes& d : t.fringes.directions) d.raster.waves.clear();
+          },
+          "[fringes] raster = { pitch_px = 1, first = 41, waves = [[a41, b41], ...] }"};
+}
+
 /// Says of an effect that the closed form of the noise counts with it.
 Effect in_noise_theory(Effect effect) {
   effect.in_noise_theory = true;
@@ -199,6 +210,7 @@ std::vector<Effect> make_effects() {
       light_per_image(),
       shift_per_image(),
       waveform_per_image(),
+      waves_of_raster(),
       of_each(
           &Twin::cameras, EffectStage::light, "exposure timing", "exposures that see one pattern each",
           [](const Camera& c) { return c.timing.has_value(); }, [](Camera& c) { c.timing.reset(); },

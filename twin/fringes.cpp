@@ -99,6 +99,13 @@ bool has_any(const std::vector<Harmonics>& lists) {
 }
 }  // namespace
 
+bool Raster::has_any() const { return fringetwin::has_any({waves}); }
+
+double Raster::turns_per_fringe(int order, double fringe_pitch_px) const {
+  const double pixels = fringe_pitch_px / pitch_px;  // of a fringe
+  return order - std::round(order / pixels) * pixels;
+}
+
 bool DirectionFringes::has_own_harmonics() const { return has_any(harmonics); }
 bool DirectionFringes::has_harmonics_field() const { return has_any(harmonics_field); }
 
@@ -131,6 +138,10 @@ double Fringes::largest_contrast() const {
 }
 
 bool Fringes::has_image_harmonics() const { return has_any(image_harmonics); }
+
+bool Fringes::has_raster() const {
+  return std::ranges::any_of(directions, [](const DirectionFringes& d) { return d.raster.has_any(); });
+}
 
 const Harmonics& Fringes::harmonics_of_image(std::size_t image) const {
   static const Harmonics none;

@@ -42,6 +42,23 @@ inline constexpr int kHighestHarmonic = 16;
 inline constexpr std::size_t kHarmonicsFieldTerms = 5;
 inline constexpr double kLargestContrast = 2.0;
 
+/// Waves that single high orders of what the fringes show make with the projector's own pixels, each of which
+/// shows one level (docs/PHYSICS.md, "Waves of the raster"): order h of a fringe of pitch p is seen as a wave
+/// of h - m p/r turns per fringe that still turns h times as far as the fringe from step to step; r the
+/// raster's pitch, m the whole number that makes it the slowest.
+struct Raster {
+  double pitch_px = 1.0;  ///< of the projector's own pixels, px of the calibrated projector
+  int first_order = 2;
+  Harmonics waves = {};  ///< of the orders from the first on, where a pixel's middle is at the phase origin
+  bool has_any() const;  ///< light at all
+  /// Returns the turns per period of fringes of this pitch of the wave of an order; negative ones run
+  /// backwards.
+  double turns_per_fringe(int order, double fringe_pitch_px) const;
+  bool operator==(const Raster&) const = default;
+};
+inline constexpr int kHighestRasterOrder = 4096;
+inline constexpr std::size_t kMostRasterWaves = 32;
+
 /// The shape of one period of the shown fringes.
 struct Waveform {
   enum class Kind {
@@ -66,6 +83,7 @@ struct DirectionFringes {
   /// What the harmonics of every pitch have more away from the middle of the projector's image: a list per
   /// term, in the order of kHarmonicsFieldTerms; missing ones are 0.
   std::vector<Harmonics> harmonics_field = {};
+  Raster raster = {};  ///< of every pitch
   /// Returns the harmonics of a pitch, an empty list where there are none.
   const Harmonics& harmonics_of(std::size_t pitch) const;
   bool has_own_harmonics() const;  ///< in the middle of the projector's image
@@ -108,6 +126,7 @@ struct Fringes {
   /// Returns whether they vary over the projector's image.
   bool has_harmonics_field() const;
   bool has_image_harmonics() const;
+  bool has_raster() const;  ///< waves of the raster, of any direction
   /// Returns what an image of the sequence has of its own, an empty list where there is nothing.
   const Harmonics& harmonics_of_image(std::size_t image) const;
   /// Returns by how much the harmonics of the orders 2, 3 ... of a direction may be larger at some place and

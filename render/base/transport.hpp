@@ -72,6 +72,9 @@ struct Transport : TraceRecord {
   /// value of each term at the place that lights a pixel; empty without a field.
   SeriesOfField series_of_field;
   std::vector<ImageF> field_terms;
+  /// [direction][pitch][wave]: the sums of the waves of the raster, 2 pi |turns per fringe| (x -
+  /// origin)/pitch; empty without.
+  std::vector<std::vector<std::vector<Pair>>> waves;
   /// Images evaluated directly in the trace (mean of w * value), by sequence index; empty elsewhere.
   std::vector<ImageF> direct;
   int repeated_dispatches = 0;    ///< because the driver cut an invocation's loops short

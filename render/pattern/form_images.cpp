@@ -8,6 +8,7 @@
 
 #include "render/pattern/camera_effects.hpp"
 #include "render/pattern/formed_harmonics.hpp"
+#include "render/pattern/raster_waves.hpp"
 #include "render/pattern/response_series.hpp"
 #include "render/pattern/transport_images.hpp"
 #include "render/pattern/waveform.hpp"
@@ -54,7 +55,7 @@ struct Recipe {
   float* out = nullptr;
   const float* direct = nullptr;  ///< instead of all others
   float level = 0.0F;
-  std::vector<Term> terms;
+  std::vector<Term> terms, waves;
   std::size_t direction = 0, pitch = 0;
   float of_direct = 1.0F, of_ambient = 1.0F;  ///< LightOfImage; the level and the terms hold theirs
 };
@@ -62,6 +63,21 @@ struct Recipe {
 // Returns whether the harmonics of a pitch are formed from its fundamental.
 bool is_formed(const Transport& transport, std::size_t direction, std::size_t pitch) {
   return transport.series[direction][pitch].a.size() > 2 && transport.harmonics[direction][pitch].empty();
+}
+
+// Returns the terms of the waves of the raster that an image has.
+std::vector<Term> make_waves(const Twin& twin, const Transport& transport, const PatternSpec& spec,
+                             std::size_t index, double light) {
+  std::vector<Term> terms;
+  if (transport.waves.empty() || spec.kind != PatternSpec::Kind::phase_step) return terms;
+  for (const WaveTerm& term : waves_of_image(twin, spec, index)) {
+    const Transport::Pair& sums =
+        transport
+            .waves[static_cast<std::size_t>(spec.direction)][static_cast<std::size_t>(spec.pitch)][term.wave];
+    terms.push_back({sums.cosine.data.data(), sums.sine.data.data(), static_cast<float>(light * term.cosine),
+                     static_cast<float>(light * term.sine)});
+  }
+  return terms;
 }
 
 // Returns the recipe of an image of the sequence; its `out` is still to be set.
@@ -72,6 +88,7 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   recipe.of_ambient = static_cast<float>(light.ambient);
   if (index < transport.direct.size() && !transport.direct[index].empty()) {
     recipe.direct = transport.direct[index].data.data();
+    recipe.waves = make_waves(twin, transport, spec, index, light.projector);
     return recipe;
   }
   FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
@@ -83,6 +100,7 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
   recipe.level = static_cast<float>(light.projector * a[0]);
+  recipe.waves = make_waves(twin, transport, spec, index, light.projector);
   recipe.direction = d;
   recipe.pitch = p;
   const bool formed = is_formed(transport, d, p);
@@ -131,7 +149,12 @@ void add_of_field(const Term& term, const Transport& transport, const float* cos
   }
 }
 
-// Forms the pixels first ... end - 1 of one image. `formed`: the pairs of its pitch for these pixels, if any.
+void add_pair(const Term& term, std::ptrdiff_t first, std::ptrdiff_t end, float* out) {
+  for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
+}
+
+// Forms the pixels first ... end - 1 of one image but for the waves of the raster. `formed`: the pairs of its
+// pitch for these pixels, if any.
 void follow(const Recipe& recipe, const Transport& transport, std::span<const FormedPair> formed,
             std::ptrdiff_t first, std::ptrdiff_t end) {
   const float *ambient = transport.ambient.data.data(), *mean = transport.mean.data.data();
@@ -147,7 +170,7 @@ void follow(const Recipe& recipe, const Transport& transport, std::span<const Fo
   for (std::size_t h = 1; h < recipe.terms.size(); ++h) {
     const Term& term = recipe.terms[h];
     if (formed.empty()) {
-      for (std::ptrdiff_t k = first; k < end; ++k) out[k] += term.c * term.cosine[k] - term.s * term.sine[k];
+      add_pair(term, first, end, out);
       add_of_field(term, transport, term.cosine + first, term.sine + first, first, end, out);
     } else {
       add_formed(formed[h - 1], term.c, term.s, end - first, out + first);
@@ -247,6 +270,7 @@ std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, cons
       if (all_dark(transport, first, end)) continue;
       for (const Recipe& recipe : recipes) {
         follow(recipe, transport, formed ? pairs.of(twin, transport, recipe, first, end) : none, first, end);
+        for (const Term& wave : recipe.waves) add_pair(wave, first, end, recipe.out);
         if (!light.empty()) light_up(recipe, transport, first, end);
       }
     }
@@ -285,8 +309,8 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
 }
 
 bool holds_any_steps(const Twin& twin) {
-  if (!throws_pure_cosines(twin) || twin.projector->pixel_structure || twin.fringes.steps == 0 ||
-      !twin.fringes.images.empty())
+  if (!throws_pure_cosines(twin) || twin.fringes.has_raster() || twin.projector->pixel_structure ||
+      twin.fringes.steps == 0 || !twin.fringes.images.empty())
     return false;
   return std::ranges::none_of(twin.fringes.directions,
                               [](const DirectionFringes& d) { return d.gray.has_value(); });

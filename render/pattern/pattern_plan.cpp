@@ -205,6 +205,9 @@ void refuse_combinations(const Twin& twin) {
   if (twin.fringes.has_image_harmonics() && p.pixel_structure)
     refuse("harmonics of single images cannot be combined with the projector's pixels",
            "leave out image_harmonics");
+  if (twin.fringes.has_raster() && (p.pixel_structure || twin.has_subsurface()))
+    refuse("waves of the raster cannot be combined with the projector's pixels or with light below surfaces",
+           "leave out raster");
   if (twin.has_subsurface() && (p.pixel_structure || p.optics || images))
     refuse(
         "light below surfaces cannot be combined with the projector's pixels, its defocus or pattern images",

@@ -168,6 +168,24 @@ double ReferencePattern::harmonics(const Harmonics& list, double x, double radiu
   return sum;
 }
 
+// The waves of the raster: of each order the alias of least frequency that a raster of this pitch samples.
+double ReferencePattern::raster(double x, double radius, double sigma) const {
+  const Raster& r = fringes_.directions[spec_.direction].raster;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < r.waves.size(); ++i) {
+    const auto order = static_cast<double>(r.first_order) + static_cast<double>(i);
+    double per_px = order / pitch_px_;  // as if it were not sampled
+    while (per_px > 0.5 / r.pitch_px) per_px -= 1.0 / r.pitch_px;
+    const double u = pi * sigma * per_px, v = 2.0 * pi * radius * std::abs(per_px);
+    const double disk = v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v;
+    const double angle =
+        2.0 * pi * per_px * (x - origin_px_) + 2.0 * pi * order * spec_.step / fringes_.steps;
+    sum += std::exp(-2.0 * u * u) * disk *
+           (r.waves[i].cosine * std::cos(angle) + r.waves[i].sine * std::sin(angle));
+  }
+  return sum;
+}
+
 // The convolution integral of a table or a sine with the Gaussian, stretch by stretch, panels of a sigma at
 // most.
 double ReferencePattern::convolve(double x, double sigma) const {
@@ -308,7 +326,8 @@ double ReferencePattern::spread_light(const Harmonics& list, double x, double ra
     return (!sine                         ? waveform(x, radius, sigma)
             : projector_.has_blur_field() ? convolve(x, sigma)
                                           : smooth(x, radius, further_px)) +
-           harmonics(list, x, radius, sigma) + harmonics(of_image_, x, radius, sigma, 1);
+           harmonics(list, x, radius, sigma) + harmonics(of_image_, x, radius, sigma, 1) +
+           raster(x, radius, sigma);
   }
   const DirectionFringes& d = fringes_.directions[spec_.direction];
   return sum_pieces(x, radius, 0.5 * pitch_px_,

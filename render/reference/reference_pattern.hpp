@@ -37,6 +37,7 @@ class ReferencePattern {
   double frame_buffer(long pixel) const;
   Harmonics harmonics_at(const Eigen::Vector2d& q_px) const;
   double harmonics(const Harmonics& list, double x, double radius, double sigma, int lowest = 2) const;
+  double raster(double x, double radius, double sigma) const;
   double full_contrast(const Eigen::Vector2d& q_px, const Eigen::Vector2d& defocus_px) const;
   double spread_light(const Harmonics& list, double x, double radius, double sigma, double further_px) const;
   double mean_over_a_period() const;

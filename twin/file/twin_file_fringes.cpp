@@ -108,6 +108,29 @@ std::vector<Harmonics> read_harmonics_field(const TomlTable& table) {
   return field;
 }
 
+/// Waves of the projector's pixels: their pitch, the first order, a pair for each from there on.
+Raster read_raster(const TomlTable& table) {
+  const std::optional<TomlTable> inner = table.table("raster");
+  if (!inner) return {};
+  inner->allow({"pitch_px", "first", "waves"});
+  Raster raster;
+  raster.pitch_px = inner->number_or("pitch_px", 1.0, NumberRange::between(0.1, 10.0));
+  raster.first_order = inner->required_integer("first", 2, kHighestRasterOrder);
+  const auto lists = inner->lists_of_rows("waves", 2, NumberRange::between(-1.0, 1.0));
+  if (!lists || lists->size() != 1 || lists->front().empty())
+    inner->fail("waves", "must be a list of pairs, one for each order from `first` on",
+                "waves = [[a, b], ...], fractions of the full scale");
+  if (lists->front().size() > kMostRasterWaves)
+    inner->fail("waves", fmt::format("has {} pairs, at most {}", lists->front().size(), kMostRasterWaves));
+  double sum = 0.0;
+  for (const std::vector<double>& row : lists->front()) {
+    raster.waves.push_back({row[0], row[1]});
+    sum += std::hypot(row[0], row[1]);
+  }
+  check_sum(*inner, "waves", sum);
+  return raster;
+}
+
 /// A number for all pitches, or one per pitch; none where each is 1.
 std::vector<double> read_contrast(const TomlTable& table, std::size_t n_pitches) {
   static const std::string key = "contrast";
@@ -161,7 +184,9 @@ Waveform read_waveform(const TomlTable& table) {
 DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   const std::string key = axis_name(axis);
   const std::optional<TomlTable> own = table.table(key);
-  if (own) own->allow({"pitches_px", "phase_origin_px", "harmonics", "harmonics_field", "contrast", "gray"});
+  if (own)
+    own->allow(
+        {"pitches_px", "phase_origin_px", "harmonics", "harmonics_field", "raster", "contrast", "gray"});
   const auto source = [&](const std::string& name) -> const TomlTable& {
     return own && own->has(name) ? *own : table;
   };
@@ -173,6 +198,7 @@ DirectionFringes read_direction(const TomlTable& table, Axis axis) {
   direction.phase_origin_px = read_phase_origin(source("phase_origin_px"), direction.pitches_px.size());
   direction.harmonics = read_harmonics(source("harmonics"), direction.pitches_px.size());
   direction.harmonics_field = read_harmonics_field(source("harmonics_field"));
+  direction.raster = read_raster(source("raster"));
   direction.contrast = read_contrast(source("contrast"), direction.pitches_px.size());
   if (const auto gray = table.table("gray")) direction.gray = read_gray(*gray, {}, false);
   if (own)
@@ -244,8 +270,8 @@ Fringes read_fringes(const TomlTable& root) {
   if (!found) root.fail("fringes", "is missing", "a twin needs [fringes]");
   const TomlTable& table = *found;
   table.allow({"directions", "pitches_px", "steps", "unwrap", "mean", "amplitude", "phase_origin_px",
-               "waveform", "harmonics", "harmonics_field", "image_harmonics", "contrast", "gray", "images",
-               "x", "y"});
+               "waveform", "harmonics", "harmonics_field", "image_harmonics", "raster", "contrast", "gray",
+               "images", "x", "y"});
   Fringes fringes;
   fringes.steps = table.required_integer("steps", 0, 1000);
   if (fringes.steps == 1 || fringes.steps == 2)

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pattern/raster_waves.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::render {
+namespace {
+
+constexpr double kLeastTurns = 1e-9;  // per fringe: a wave that stands still has a pitch all the same
+constexpr double kAmplitude = 0.5;    // of the waves that are traced
+
+double turns_per_fringe(const DirectionFringes& d, std::size_t pitch, std::size_t wave) {
+  return d.raster.turns_per_fringe(d.raster.first_order + static_cast<int>(wave), d.pitches_px[pitch]);
+}
+
+// Returns the sum of the sizes of a direction's waves, the largest of all directions.
+double size_of_waves(const Twin& twin) {
+  double most = 0.0;
+  for (const DirectionFringes& d : twin.fringes.directions) {
+    double sum = 0.0;
+    for (const Harmonic& wave : d.raster.waves) sum += std::hypot(wave.cosine, wave.sine);
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+}  // namespace
+
+Twin showing_waves(const Twin& twin) {
+  FT_CHECK(twin.projector.has_value(), "a projector that lights the scene");
+  Twin view = twin;
+  view.projector->response = {};
+  view.projector->halo.clear();
+  view.projector->image_shifts_px.clear();
+  view.projector->light_factors.clear();
+  view.projector->ambient_factors.clear();
+  view.room = {};
+  view.fringes = {.directions = {},
+                  .steps = 3,
+                  .unwrap = Unwrap::none,
+                  .mean = kAmplitude,
+                  .amplitude = kAmplitude,
+                  .images = {}};
+  for (const DirectionFringes& d : twin.fringes.directions) {
+    if (!d.raster.has_any()) continue;
+    for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
+      DirectionFringes waves{d.axis, {}, {}, {}};
+      for (std::size_t k = 0; k < d.raster.waves.size(); ++k) {
+        waves.pitches_px.push_back(d.pitches_px[p] /
+                                   std::max(std::abs(turns_per_fringe(d, p, k)), kLeastTurns));
+        waves.phase_origin_px.push_back(d.phase_origin_px[p]);
+      }
+      view.fringes.directions.push_back(std::move(waves));
+    }
+  }
+  return view;
+}
+
+Sampling sampling_of_waves(const Twin& twin, const Sampling& sampling) {
+  constexpr double kMostPhaseError = 0.1, kMostGrayError = 0.02;
+  Sampling out = sampling;
+  const double share = size_of_waves(twin) / kAmplitude;
+  out.phase_error_rad = std::min(sampling.phase_error_rad / share, kMostPhaseError);
+  out.gray_error = std::min(sampling.gray_error / share, kMostGrayError);
+  return out;
+}
+
+void take_waves(const Twin& twin, Transport seen, Transport& transport) {
+  std::size_t next = 0;
+  transport.waves.assign(twin.fringes.directions.size(), {});
+  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+    const DirectionFringes& direction = twin.fringes.directions[d];
+    if (!direction.raster.has_any()) continue;
+    for (std::size_t p = 0; p < direction.pitches_px.size(); ++p, ++next) {
+      std::vector<Transport::Pair>& pairs = transport.waves[d].emplace_back();
+      for (std::size_t k = 0; k < direction.raster.waves.size(); ++k)
+        pairs.push_back({std::move(seen.cosine[next][k]), std::move(seen.sine[next][k])});
+    }
+  }
+  transport.rays += seen.rays;
+  transport.repeated_dispatches += seen.repeated_dispatches;
+  if (!transport.estimate || !seen.estimate) return;
+  const double share = size_of_waves(twin) / kAmplitude;
+  transport.estimate->phase_rad += share * seen.estimate->phase_rad;
+  transport.estimate->gray += share * seen.estimate->gray;
+  transport.estimate->gray_inside += share * seen.estimate->gray_inside;
+}
+
+// The wave of order h of an image that lies s further is a cos t + b sin t, t = 2 pi (k (x - s - origin)/p +
+// h n/N); the sums are of cos and sin of 2 pi |k| (x - origin)/p.
+std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, std::size_t image) {
+  const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
+  const auto p = static_cast<std::size_t>(spec.pitch);
+  std::vector<WaveTerm> terms;
+  if (!d.raster.has_any()) return terms;
+  for (std::size_t i = 0; i < d.raster.waves.size(); ++i) {
+    const Harmonic& wave = d.raster.waves[i];
+    const double turns = turns_per_fringe(d, p, i), order = d.raster.first_order + static_cast<double>(i);
+    const double angle = kTwoPi * (order * spec.step / twin.fringes.steps -
+                                   turns * twin.projector->image_shift_px(image) / d.pitches_px[p]);
+    const double c = std::cos(angle), s = std::sin(angle);
+    double left = d.contrast_of(p);
+    if (twin.projector->has_halo())
+      left *= twin.projector->halo_attenuation(std::abs(turns) / d.pitches_px[p]);
+    terms.push_back({i, left * (wave.cosine * c + wave.sine * s),
+                     std::copysign(left, turns) * (wave.cosine * s - wave.sine * c)});
+  }
+  return terms;
+}
+
+}  // namespace fringetwin::render
