@@ -397,7 +397,8 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
 }  // namespace
 
 int Sensitivity::derivative_samples(const Twin& twin, const std::vector<Parameter>& parameters) const {
-  const bool is_fine = std::ranges::find(parameters, "harmonics_high", &Parameter::group) != parameters.end();
+  const bool is_fine = std::ranges::any_of(
+      parameters, [](const Parameter& p) { return p.group == "harmonics_high" || p.group == "raster"; });
   return is_fine || holds_code(twin) ? residual_samples_ : kDerivativeSamples;
 }
 

@@ -78,6 +78,10 @@ const std::vector<ParameterGroup>& parameter_groups() {
        "more)",
        "the form of the fringe differs from image to image (image_harmonics)", "",
        "let each exposure hold whole frames of the projector", false},
+      {"raster",
+       "waves that the fringes' fine structure makes with the projector's pixels, of the orders that "
+       "[fringes] raster names, and the raster's pitch",
+       "what the fringes show is coarse beside the projector's pixels (raster)", "", "", false},
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},

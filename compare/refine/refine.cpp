@@ -41,7 +41,7 @@ bool is_asked(const std::vector<std::string>& asked, const char* name) {
 constexpr std::array kByThemselves{"size",       "specular",        "intrinsics",      "motion",
                                    "timing",     "projector_field", "blur_field",      "camera_knee",
                                    "halo",       "camera_response", "harmonics_field", "harmonics_high",
-                                   "subsurface", "roughness",       "image_harmonics"};
+                                   "subsurface", "roughness",       "image_harmonics", "raster"};
 }  // namespace
 
 bool is_asked_by(const std::string& asked, const Parameter& p) {
@@ -85,9 +85,11 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
     if (met[i] || is_no_parameter(asked[i])) continue;
     const auto& groups = parameter_groups();
     const bool known = std::ranges::any_of(groups, [&](const auto& g) { return g.name == asked[i]; });
-    throw UserError(ExitCode::usage, "--refine " + asked[i],
-                    known ? "the twin has no such parameter" : "is not known",
-                    "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
+    throw UserError(
+        ExitCode::usage, "--refine " + asked[i], known ? "the twin has no such parameter" : "is not known",
+        asked[i] == "raster"
+            ? "name its orders in [fringes] raster (docs/formats/twin.md)"
+            : "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
   }
   const bool albedo = std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "albedo"; });
   const bool texture = is_asked(asked, "texture");

@@ -148,6 +148,11 @@ std::string lists_text(const std::vector<Harmonics>& all) {
   return fmt::format("[{}]", fmt::join(lists, ", "));
 }
 
+std::string raster_text(const Raster& raster) {
+  return fmt::format("{{ pitch_px = {}, first = {}, waves = {} }}", raster.pitch_px, raster.first_order,
+                     harmonics_text(raster.waves));
+}
+
 std::vector<double> contrasts(const DirectionFringes& direction) {
   std::vector<double> all;
   for (std::size_t p = 0; p < direction.pitches_px.size(); ++p) all.push_back(direction.contrast_of(p));
@@ -161,6 +166,7 @@ void add_fringes(std::vector<TomlBlock>& blocks, const Fringes& before, const Fr
     ChangedKeys keys({.table = {"fringes", axis_name(now.axis)}});
     keys.key("harmonics", harmonics_text(then), harmonics_text(now));
     keys.key("harmonics_field", lists_text(then.harmonics_field), lists_text(now.harmonics_field));
+    keys.key("raster", raster_text(then.raster), raster_text(now.raster));
     keys.key("contrast", numbers(contrasts(then)), numbers(contrasts(now)));
     keys.append_to(blocks);
   }

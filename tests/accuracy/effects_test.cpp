@@ -443,6 +443,7 @@ Twin everything() {
     d.harmonics.assign(3, {{0.01, 0.02}});
     d.harmonics_field = {{{0.01, 0.0}}, {{0.0, 0.01}}};
     d.contrast = {1.0, 0.95, 0.9};
+    d.raster = {1.0, 9, {{0.01, 0.0}}};
   }
   twin.fringes.waveform = {Waveform::Kind::levels, {1.0, 0.0, 0.0, 1.0}};
   twin.render.bounces = 1;

@@ -98,8 +98,9 @@ void expect_formula(Twin without, const std::string& what) {
       double light = 0.0;
       for (int k = 0; k < 3; ++k) {
         const Harmonic& wave = twin.fringes.directions[0].raster.waves[static_cast<std::size_t>(k)];
-        const double t = 2.0 * pi * ((8 + k) * ((s.projector_px.x() - origin_px) / pitch_px + spec.step / 6.0) -
-                                     (s.projector_px.x() - origin_px) / 1.0037);
+        const double t = 2.0 * pi *
+                         ((8 + k) * ((s.projector_px.x() - origin_px) / pitch_px + spec.step / 6.0) -
+                          (s.projector_px.x() - origin_px) / 1.0037);
         light += wave.cosine * std::cos(t) + wave.sine * std::sin(t);
       }
       EXPECT_NEAR(with.irradiance[image](x, 30) - plain.irradiance[image](x, 30),
@@ -140,8 +141,10 @@ TEST(Raster, IsWhatPixelsOfOneLevelMake) {
       double light = 0.0;
       for (int i = -20; i < 40; ++i) {
         const double middle = kOriginPx + kRasterPx * i;
-        const double level = std::cos(2.0 * pi * kOrder * ((middle - kOriginPx) / kPitchPx + step * 1.0 / kSteps));
-        light += level * (cdf((x - middle + 0.5 * kRasterPx) / kSigmaPx) - cdf((x - middle - 0.5 * kRasterPx) / kSigmaPx));
+        const double level =
+            std::cos(2.0 * pi * kOrder * ((middle - kOriginPx) / kPitchPx + step * 1.0 / kSteps));
+        light += level * (cdf((x - middle + 0.5 * kRasterPx) / kSigmaPx) -
+                          cdf((x - middle - 0.5 * kRasterPx) / kSigmaPx));
       }
       const double t = 2.0 * pi * (per_px * (x - kOriginPx) + kOrder * step * 1.0 / kSteps);
       EXPECT_NEAR(light, left(per_px) * std::cos(t), faster);
