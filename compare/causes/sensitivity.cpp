@@ -11,6 +11,7 @@
 #include "compare/causes/own_levels.hpp"
 #include "compare/causes/scaled_eigen.hpp"
 #include "compare/gray/texture_steps.hpp"
+#include "compare/parameters/closed_columns.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"
@@ -543,7 +544,10 @@ Sensitivity::Values Sensitivity::scaled_column(const Values& other, const Parame
 
 Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
                                           const Eigen::VectorXd& values, Derivative derivative,
-                                          std::vector<double> steps) const {
+                                          std::vector<double> steps) {
+  if (std::ranges::find(parameters, "raster", &Parameter::group) != parameters.end())
+    find_waves(renderer_, with_values(twin, parameters, values), derivative_samples(twin, parameters),
+               samples_);
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
   Columns out{
       predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};

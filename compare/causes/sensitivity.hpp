@@ -153,7 +153,7 @@ class Sensitivity {
   };
   /// `steps`: where the search for each step begins; empty: with those of the parameters.
   Columns columns(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                  Derivative derivative = Derivative::quick, std::vector<double> steps = {}) const;
+                  Derivative derivative = Derivative::quick, std::vector<double> steps = {});
   /// Fills GridSamples::pose_slopes of all samples, which the columns of motion need, with the columns of a
   /// pose; `pose`: their places among the columns.
   void take_pose_slopes(const Columns& columns, const std::vector<std::size_t>& pose);

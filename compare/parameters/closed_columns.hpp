@@ -27,6 +27,14 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
 std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vector<int>& compared);
 std::vector<Parameter> image_harmonics_parameters(const Twin& twin, const std::vector<int>& compared);
 
+/// Returns the parameters of the group raster: both parts of the waves that each direction names, and the
+/// raster's pitch where there are any to tell it by (raster_columns.cpp). The effect of a wave needs
+/// GridSamples::waves; that of the pitch is rendered.
+std::vector<Parameter> raster_parameters(const Twin& twin);
+/// Fills GridSamples::waves of all samples from one rendering of all waves that the twin names, so many
+/// points per pixel.
+void find_waves(render::Renderer& renderer, const Twin& twin, int points, std::vector<GridSamples>& samples);
+
 /// Returns the irradiance of a pixel in an image of the sequence that the projector's light factor leaves as
 /// it is: the twin's light of the room (with a lamp: find_room_light()), and the offset of the camera's
 /// texture.

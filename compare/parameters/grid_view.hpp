@@ -68,6 +68,9 @@ struct GridSamples {
   /// Derivatives of the irradiance by each parameter of the group pose, laid out as real_dn, which copies
   /// share; null unless Sensitivity::take_pose_slopes().
   std::shared_ptr<const std::vector<std::vector<float>>> pose_slopes = {};
+  /// Of each wave of the raster, by direction, pitch and order: its cosine and its sine in each pixel, per
+  /// unit of the wave, which copies share; null unless find_waves().
+  std::shared_ptr<const std::vector<std::vector<float>>> waves = {};
   std::size_t n_pixels() const { return cell.size(); }
   /// Returns the variance that bounces leave in a value of the k-th image.
   double scatter_of(std::size_t k) const {

@@ -24,7 +24,6 @@ using Change = std::function<void(Twin&, double)>;
 /// Of the group harmonics_high: the orders that twin.toml holds, with steps that tell all lower ones.
 constexpr int kStepsForHigh = kMostHarmonics + 2, kMostHigh = 16;
 constexpr double kSmallestContrast = 1e-3;
-constexpr double kRasterMayBeOffPx = 1e-3;  ///< a turn or two of a wave over the projector's image
 constexpr double kLeastBlurOfHaloPx2 = 0.01;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
@@ -87,7 +86,6 @@ class ParameterList : private GroupList {
     if (group_ == "harmonics_high" && twin_.projector && twin_.fringes.steps >= kStepsForHigh)
       add_orders(kMostHarmonics + 1, kMostHigh);
     if (group_ == "harmonics_field") add_harmonics_field();
-    if (group_ == "raster") add_raster();
     if (group_ == "contrast") add_contrast();
     if (group_ == "blur") add_blur();
     if (group_ == "blur_field") add_blur_field();
@@ -150,30 +148,6 @@ class ParameterList : private GroupList {
             return projector.field_terms(px)[t];
           };
         }
-  }
-
-  /// Both parts of the waves of the raster that each direction names, and the raster's pitch where there are
-  /// any to tell it by.
-  void add_raster() {
-    if (!twin_.projector || twin_.projector->pixel_structure || twin_.fringes.steps == 0) return;
-    for (std::size_t d = 0; d < twin_.fringes.directions.size(); ++d) {
-      const DirectionFringes& direction = twin_.fringes.directions[d];
-      const Raster& raster = direction.raster;
-      const std::string name = fmt::format("projector.raster.{}.", axis_name(direction.axis));
-      const int first = raster.first_order;
-      for (int k = first; k < first + static_cast<int>(raster.waves.size()); ++k)
-        for (double Harmonic::*part : {&Harmonic::cosine, &Harmonic::sine}) {
-          Parameter& p = add(fmt::format("{}{}{}", name, k, name_of_part(part)), "",
-                             harmonic_part(raster.waves, k, part, first), 1e-3, [=](Twin& t, double change) {
-                               add_to_part(t.fringes.directions[d].raster.waves, k, part, change, first);
-                             });
-          p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
-        }
-      if (!raster.has_any()) continue;
-      Parameter& p = add(name + "pitch_px", "px", raster.pitch_px, 1e-6,
-                         [d](Twin& t, double change) { t.fringes.directions[d].raster.pitch_px += change; });
-      p.smallest = raster.pitch_px - kRasterMayBeOffPx, p.largest = raster.pitch_px + kRasterMayBeOffPx;
-    }
   }
 
   /// Of every pitch but the widest one of the first direction: what all pitches share is the gain's, and the
@@ -299,6 +273,8 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
   std::vector<Parameter> all = geometry_parameters(twin, group);
   for (Parameter& p : surface_parameters(twin, group)) all.push_back(std::move(p));
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
+  if (group == "raster")
+    for (Parameter& p : raster_parameters(twin)) all.push_back(std::move(p));
   for (Parameter& p : closed_parameters(twin, group, use_steps)) {
     if (p.instead.empty()) p.instead = parameter_group(group).instead;
     all.push_back(std::move(p));
