@@ -101,9 +101,8 @@ bool has_any(const std::vector<Harmonics>& lists) {
 
 bool Raster::has_any() const { return fringetwin::has_any({waves}); }
 
-double Raster::turns_per_fringe(int order, double fringe_pitch_px) const {
-  const double pixels = fringe_pitch_px / pitch_px;  // of a fringe
-  return order - std::round(order / pixels) * pixels;
+double Raster::turns_taken(int order, double fringe_pitch_px) const {
+  return std::round(order * pitch_px / fringe_pitch_px);
 }
 
 bool DirectionFringes::has_own_harmonics() const { return has_any(harmonics); }

@@ -43,19 +43,20 @@ inline constexpr std::size_t kHarmonicsFieldTerms = 5;
 inline constexpr double kLargestContrast = 2.0;
 
 /// Waves that single high orders of what the fringes show make with the projector's own pixels, each of which
-/// shows one level (docs/PHYSICS.md, "Waves of the raster"): order h of a fringe of pitch p is seen as a wave
-/// of h - m p/r turns per fringe that still turns h times as far as the fringe from step to step; r the
-/// raster's pitch, m the whole number that makes it the slowest.
+/// shows one level (docs/PHYSICS.md, "Waves of the raster"). Order h at the phase t of a fringe of pitch p,
+/// step included, is seen where the light lands at x as the wave of phase h t - 2 pi m (x - c)/r: r the
+/// raster's pitch, c the middle of a pixel, m = round(h r/p), which makes it the slowest.
 struct Raster {
   double pitch_px = 1.0;  ///< of the projector's own pixels, px of the calibrated projector
   int first_order = 2;
-  Harmonics waves = {};  ///< of the orders from the first on, where a pixel's middle is at the phase origin
+  Harmonics waves = {};  ///< of the orders from the first on
   bool has_any() const;  ///< light at all
-  /// Returns the turns per period of fringes of this pitch of the wave of an order; negative ones run
-  /// backwards.
-  double turns_per_fringe(int order, double fringe_pitch_px) const;
+  /// Returns m, by how many turns per pixel the wave of an order is slower.
+  double turns_taken(int order, double fringe_pitch_px) const;
   bool operator==(const Raster&) const = default;
 };
+/// Returns c, px: the pixel in the middle of a projector's image, or the one after it.
+inline double middle_of_raster_px(int size_px) { return size_px / 2; }
 inline constexpr int kHighestRasterOrder = 4096;
 inline constexpr std::size_t kMostRasterWaves = 32;
 

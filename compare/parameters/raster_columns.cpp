@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters of the waves of the raster. One rendering of the waves by themselves tells the derivatives by all
-// of them.
+// Parameters of the waves of the raster. One rendering of the waves by themselves tells the derivatives by
+// all of them.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -77,14 +77,15 @@ std::vector<Parameter> raster_parameters(const Twin& twin) {
     for (std::size_t i = 0; i < raster.waves.size(); ++i)
       for (double Harmonic::*part : {&Harmonic::cosine, &Harmonic::sine}) {
         const int order = first + static_cast<int>(i);
-        Parameter& p = all.emplace_back(
-            Parameter{.group = "raster",
-                      .name = fmt::format("{}{}{}", name, order, name_of_part(part)),
-                      .unit = "",
-                      .start = raster.waves[i].*part,
-                      .step = 1e-3,
-                      .change = [d, i, part](Twin& t,
-                                             double d_part) { t.fringes.directions[d].raster.waves[i].*part += d_part; }});
+        Parameter& p =
+            all.emplace_back(Parameter{.group = "raster",
+                                       .name = fmt::format("{}{}{}", name, order, name_of_part(part)),
+                                       .unit = "",
+                                       .start = raster.waves[i].*part,
+                                       .step = 1e-3,
+                                       .change = [d, i, part](Twin& t, double d_part) {
+                                         t.fringes.directions[d].raster.waves[i].*part += d_part;
+                                       }});
         p.effect = [of = WavePart{d, i, part}](const EffectInput& in, std::vector<float>& irradiance) {
           add_wave(of, in, irradiance);
         };

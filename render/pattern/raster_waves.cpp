@@ -13,8 +13,18 @@ namespace {
 constexpr double kLeastTurns = 1e-9;  // per fringe: a wave that stands still has a pitch all the same
 constexpr double kAmplitude = 0.5;    // of the waves that are traced
 
-double turns_per_fringe(const DirectionFringes& d, std::size_t pitch, std::size_t wave) {
-  return d.raster.turns_per_fringe(d.raster.first_order + static_cast<int>(wave), d.pitches_px[pitch]);
+// A wave without its step: 2 pi turns (x - origin)/pitch + ahead, origin and pitch of the fringes.
+struct WavePhase {
+  int order;
+  double turns, ahead;
+};
+WavePhase phase_of_wave(const Twin& twin, const DirectionFringes& d, std::size_t pitch, std::size_t wave) {
+  const int order = d.raster.first_order + static_cast<int>(wave);
+  const Lens& lens = twin.projector->lens;
+  const double pitch_px = d.pitches_px[pitch], taken = d.raster.turns_taken(order, pitch_px),
+               middle_px = middle_of_raster_px(d.axis == Axis::x ? lens.width() : lens.height());
+  return {order, order - taken * pitch_px / d.raster.pitch_px,
+          kTwoPi * taken * (middle_px - d.phase_origin_px[pitch]) / d.raster.pitch_px};
 }
 
 // Returns the sum of the sizes of a direction's waves, the largest of all directions.
@@ -51,7 +61,7 @@ Twin showing_waves(const Twin& twin) {
       DirectionFringes waves{d.axis, {}, {}, {}};
       for (std::size_t k = 0; k < d.raster.waves.size(); ++k) {
         waves.pitches_px.push_back(d.pitches_px[p] /
-                                   std::max(std::abs(turns_per_fringe(d, p, k)), kLeastTurns));
+                                   std::max(std::abs(phase_of_wave(twin, d, p, k).turns), kLeastTurns));
         waves.phase_origin_px.push_back(d.phase_origin_px[p]);
       }
       view.fringes.directions.push_back(std::move(waves));
@@ -90,8 +100,8 @@ void take_waves(const Twin& twin, Transport seen, Transport& transport) {
   transport.estimate->gray_inside += share * seen.estimate->gray_inside;
 }
 
-// The wave of order h of an image that lies s further is a cos t + b sin t, t = 2 pi (k (x - s - origin)/p +
-// h n/N); the sums are of cos and sin of 2 pi |k| (x - origin)/p.
+// The wave of order h of an image that lies s further is a cos t + b sin t, t = 2 pi (turns (x - s -
+// origin)/p + h n/N) + ahead; the sums are of cos and sin of 2 pi |turns| (x - origin)/p.
 std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, std::size_t image) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
   const auto p = static_cast<std::size_t>(spec.pitch);
@@ -99,13 +109,13 @@ std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, 
   if (!d.raster.has_any()) return terms;
   for (std::size_t i = 0; i < d.raster.waves.size(); ++i) {
     const Harmonic& wave = d.raster.waves[i];
-    const double turns = turns_per_fringe(d, p, i), order = d.raster.first_order + static_cast<double>(i);
-    const double angle = kTwoPi * (order * spec.step / twin.fringes.steps -
-                                   turns * twin.projector->image_shift_px(image) / d.pitches_px[p]);
+    const auto [order, turns, ahead] = phase_of_wave(twin, d, p, i);
+    const double per_px = turns / d.pitches_px[p];
+    const double angle = ahead + kTwoPi * (order * static_cast<double>(spec.step) / twin.fringes.steps -
+                                           per_px * twin.projector->image_shift_px(image));
     const double c = std::cos(angle), s = std::sin(angle);
     double left = d.contrast_of(p);
-    if (twin.projector->has_halo())
-      left *= twin.projector->halo_attenuation(std::abs(turns) / d.pitches_px[p]);
+    if (twin.projector->has_halo()) left *= twin.projector->halo_attenuation(std::abs(per_px));
     terms.push_back({i, left * (wave.cosine * c + wave.sine * s),
                      std::copysign(left, turns) * (wave.cosine * s - wave.sine * c)});
   }

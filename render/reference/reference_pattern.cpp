@@ -174,12 +174,14 @@ double ReferencePattern::raster(double x, double radius, double sigma) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < r.waves.size(); ++i) {
     const auto order = static_cast<double>(r.first_order) + static_cast<double>(i);
-    double per_px = order / pitch_px_;  // as if it were not sampled
-    while (per_px > 0.5 / r.pitch_px) per_px -= 1.0 / r.pitch_px;
+    const int middle_px = axis_ == Axis::x ? projector_.lens.width() / 2 : projector_.lens.height() / 2;
+    double per_px = order / pitch_px_, turns = 0.0;  // as if it were not sampled
+    for (; per_px > 0.5 / r.pitch_px; per_px -= 1.0 / r.pitch_px) turns += (x - middle_px) / r.pitch_px;
     const double u = pi * sigma * per_px, v = 2.0 * pi * radius * std::abs(per_px);
     const double disk = v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v;
     const double angle =
-        2.0 * pi * per_px * (x - origin_px_) + 2.0 * pi * order * spec_.step / fringes_.steps;
+        2.0 * pi *
+        (order * ((x - origin_px_) / pitch_px_ + spec_.step / static_cast<double>(fringes_.steps)) - turns);
     sum += std::exp(-2.0 * u * u) * disk *
            (r.waves[i].cosine * std::cos(angle) + r.waves[i].sine * std::sin(angle));
   }

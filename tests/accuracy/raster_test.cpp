@@ -100,7 +100,7 @@ void expect_formula(Twin without, const std::string& what) {
         const Harmonic& wave = twin.fringes.directions[0].raster.waves[static_cast<std::size_t>(k)];
         const double t = 2.0 * pi *
                          ((8 + k) * ((s.projector_px.x() - origin_px) / pitch_px + spec.step / 6.0) -
-                          (s.projector_px.x() - origin_px) / 1.0037);
+                          (s.projector_px.x() - 640) / 1.0037);
         light += wave.cosine * std::cos(t) + wave.sine * std::sin(t);
       }
       EXPECT_NEAR(with.irradiance[image](x, 30) - plain.irradiance[image](x, 30),
@@ -123,11 +123,11 @@ TEST(Raster, IsAddedByTheFormula) {
 // is summed up pixel by pixel; the wave has the share that a square and the blur leave of its frequency. What
 // is left are the faster aliases.
 TEST(Raster, IsWhatPixelsOfOneLevelMake) {
-  constexpr double kPitchPx = 13.2, kRasterPx = 1.1, kSigmaPx = 0.9, kOriginPx = 0.3;
+  constexpr double kPitchPx = 13.2, kRasterPx = 1.1, kSigmaPx = 0.9, kOriginPx = 0.3, kMiddlePx = 5.0;
   constexpr int kOrder = 8, kSteps = 5;
   const Raster raster{kRasterPx, kOrder, {{1.0, 0.0}}};
-  const double per_px = raster.turns_per_fringe(kOrder, kPitchPx) / kPitchPx;
-  EXPECT_NEAR(per_px, kOrder / kPitchPx - 1.0 / kRasterPx, 1e-12);
+  ASSERT_EQ(raster.turns_taken(kOrder, kPitchPx), 1.0);
+  const double per_px = kOrder / kPitchPx - 1.0 / kRasterPx;
   const auto left = [&](double f) {
     const double u = pi * f * kRasterPx;
     return std::sin(u) / u * std::exp(-2.0 * pi * pi * f * f * kSigmaPx * kSigmaPx);
@@ -140,13 +140,15 @@ TEST(Raster, IsWhatPixelsOfOneLevelMake) {
     for (double x = 0.0; x < 14.0; x += 0.37) {
       double light = 0.0;
       for (int i = -20; i < 40; ++i) {
-        const double middle = kOriginPx + kRasterPx * i;
+        const double middle = kMiddlePx + kRasterPx * i;
         const double level =
             std::cos(2.0 * pi * kOrder * ((middle - kOriginPx) / kPitchPx + step * 1.0 / kSteps));
         light += level * (cdf((x - middle + 0.5 * kRasterPx) / kSigmaPx) -
                           cdf((x - middle - 0.5 * kRasterPx) / kSigmaPx));
       }
-      const double t = 2.0 * pi * (per_px * (x - kOriginPx) + kOrder * step * 1.0 / kSteps);
+      const double t =
+          2.0 * pi *
+          (kOrder * ((x - kOriginPx) / kPitchPx + step * 1.0 / kSteps) - (x - kMiddlePx) / kRasterPx);
       EXPECT_NEAR(light, left(per_px) * std::cos(t), faster);
     }
 }
