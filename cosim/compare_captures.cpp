@@ -6,8 +6,8 @@
 #include "cosim/brightness.hpp"
 #include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
-#include "cosim/measured_shapes.hpp"
 #include "cosim/notes.hpp"
+#include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/captures/measured_steps.hpp"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "compare/held_out/held_out.hpp"
-#include "cosim/measured_shapes.hpp"
+#include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"

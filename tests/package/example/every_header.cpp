@@ -2,7 +2,7 @@
 // Every public header is complete by itself and with the others.
 #include "cosim/cosim.hpp"
 #include "cosim/load.hpp"
-#include "cosim/measured_shapes.hpp"
+#include "cosim/shape/measured_shapes.hpp"
 #include "cosim/simulate.hpp"
 #include "cosim/write_results.hpp"
 #include "measure/measurement.hpp"

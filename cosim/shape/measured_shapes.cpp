@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cosim/measured_shapes.hpp"
+#include "cosim/shape/measured_shapes.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "cosim/load.hpp"
+#include "cosim/shape/known_light.hpp"
 #include "measure/decode/plain_fringes.hpp"
 #include "measure/measurement.hpp"
 #include "measure/surface.hpp"
@@ -48,6 +50,53 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
   return out;
 }
 
+/// Returns where the projector's image lights each pixel of a camera: along the fringes' axes as decoded,
+/// along another as the points say, which only the first camera has; else in the middle. NaN where it is not
+/// known.
+std::vector<Eigen::Vector2f> places_px(const Twin& twin, std::size_t camera, const measure::Measurement& m) {
+  const Projector& projector = *twin.projector;
+  const Eigen::Vector2f middle(0.5F * static_cast<float>(projector.lens.width()),
+                               0.5F * static_cast<float>(projector.lens.height()));
+  const Lens& lens = twin.cameras[camera].lens;
+  std::vector<Eigen::Vector2f> places(
+      static_cast<std::size_t>(lens.width()) * static_cast<std::size_t>(lens.height()), middle);
+  if (camera == 0) {
+    const Image<int> point = measure::point_grid(m.cloud, lens.width(), lens.height());
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (point.data[i] >= 0)
+        if (const auto q_px = projector.lens.project(
+                projector.T_proj_world * m.cloud.p_world_mm[static_cast<std::size_t>(point.data[i])]))
+          places[i] = q_px->cast<float>();
+  }
+  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
+    const ImageD& along = m.cameras[camera].directions[d].coordinate_px;
+    const int axis = twin.fringes.directions[d].axis == Axis::x ? 0 : 1;
+    for (std::size_t i = 0; i < places.size(); ++i)
+      places[i][axis] =
+          along.empty() ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(along.data[i]);
+  }
+  return places;
+}
+
+/// Returns the images without what the twin knows to be in their phase steps besides plain fringes.
+std::vector<CameraImages> with_known_light_out(const Twin& twin, const std::vector<CameraImages>& real,
+                                               const std::vector<int>& steps) {
+  std::vector<CameraImages> out = real;
+  if (std::ranges::none_of(twin.cameras, [&](const Camera& c) { return knows_light(twin, c); })) return out;
+  const measure::Measurement m = measure::measure(twin, real, steps);
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    if (!knows_light(twin, twin.cameras[c])) continue;
+    const std::vector<Eigen::Vector2f> places = places_px(twin, c, m);
+    // the shape owes its noise to its own steps alone; the others only tell what is left
+    CameraImages& all = out[c] = without_known_light(real[c], twin, twin.cameras[c], places);
+    CameraImages own = without_known_light(real[c], twin, twin.cameras[c], places, steps);
+    for (std::size_t k = 0; k < sequence.size(); ++k)
+      if (std::ranges::find(steps, sequence[k].step) != steps.end()) all.images[k] = std::move(own.images[k]);
+  }
+  return out;
+}
+
 /// Puts the larger one of both into each pixel of `to`, which may be empty; NaN is none.
 void put_larger(const ImageF& from, ImageF& to) {
   if (to.empty()) to = from;
@@ -77,7 +126,8 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
     const std::vector<int> used = steps.empty() ? built_from_steps(twin, object, *measured) : steps;
     const measure::Measurement m =
         measured->correct_fringes && steps.empty()
-            ? measure::measure(twin, with_plain_fringes(twin, object, real, used), used)
+            ? measure::measure(
+                  twin, with_plain_fringes(twin, object, with_known_light_out(twin, real, used), used), used)
             : measure::measure(twin, real, used);
     const measure::MeasuredSurface surface = measure::build_surface(twin, 0, m.cloud, *measured);
     if (!noise) noise = measure::SurfaceNoise{.leverage = 0.0, .shading = 0.0, .radius_px = 0.0};

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/shape/known_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <map>
+#include <utility>
+
+#include "measure/decode/phase.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
+
+namespace fringetwin::cosim {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// Each is some percent of the one before, as what is taken out is.
+constexpr int kPasses = 4;
+
+/// A wave a cos t + b sin t over the fringe's amplitude, as conj(a + ib) e^it.
+Complex wave_of(const Harmonic& h, double per_amplitude) {
+  return Complex(h.cosine, -h.sine) * per_amplitude;
+}
+
+/// One image of a pitch.
+struct Step {
+  ImageF* image;
+  Complex step;           ///< e^(2 pi i n/N)
+  Complex turn;           ///< the same where its fringes lie
+  double light = 1.0, exposure = 1.0;
+  std::vector<Complex> own = {};     ///< waves of the orders 1, 2 ... that it has besides
+  std::vector<Complex> raster = {};  ///< of each wave of the raster: how it is turned in this image
+};
+
+/// Takes it out of the steps of one pitch.
+class KnownPitch {
+ public:
+  KnownPitch(const Twin& twin, std::size_t direction, std::size_t pitch, const std::vector<int>& steps)
+      : twin_(twin),
+        fringes_(twin.fringes.directions[direction]),
+        pitch_px_(fringes_.pitches_px[pitch]),
+        origin_px_(fringes_.phase_origin_px[pitch]),
+        per_amplitude_(1.0 / twin.fringes.amplitude),
+        mean_(twin.fringes.mean * per_amplitude_ / fringes_.contrast_of(pitch) / left_of_wave(1.0, false)),
+        solver_(steps, twin.fringes.steps) {
+    for (std::size_t i = 0; i < fringes_.harmonics_of(pitch).size(); ++i)
+      of_pitch_.push_back(wave(fringes_.harmonics_of(pitch)[i], static_cast<double>(i) + 2.0));
+    for (const Harmonics& term : fringes_.harmonics_field) {
+      of_term_.emplace_back();
+      for (std::size_t i = 0; i < term.size(); ++i)
+        of_term_.back().push_back(wave(term[i], static_cast<double>(i) + 2.0));
+    }
+    const Raster& raster = fringes_.raster;
+    for (std::size_t i = 0; i < raster.waves.size(); ++i) {
+      const int order = raster.first_order + static_cast<int>(i);
+      const double taken = raster.turns_taken(order, pitch_px_);
+      waves_.push_back({order, taken, order - taken * pitch_px_ / raster.pitch_px});
+      raster_.push_back(wave(raster.waves[i], std::abs(waves_.back().turns)));
+    }
+  }
+
+  void add_image(ImageF* image, const Camera& camera, int step, std::size_t at) {
+    const double phase_rad = kTwoPi * step / twin_.fringes.steps,
+                 moved_turns = twin_.projector->image_shift_px(at) / pitch_px_;
+    Step s{.image = image,
+           .step = std::polar(1.0, phase_rad),
+           .turn = std::polar(1.0, phase_rad - kTwoPi * moved_turns),
+           .light = factor_of(twin_.projector->light_factors, at),
+           .exposure = factor_of(camera.exposure_factors, at)};
+    const Harmonics& own = twin_.fringes.harmonics_of_image(at);
+    for (std::size_t i = 0; i < own.size(); ++i) s.own.push_back(wave(own[i], static_cast<double>(i) + 1.0));
+    for (const RasterWave& w : waves_)
+      s.raster.push_back(std::polar(1.0, w.order * phase_rad - kTwoPi * w.turns * moved_turns));
+    images_.push_back(std::move(s));
+  }
+
+  void run(const std::vector<Eigen::Vector2f>& places_px, double black_dn, double clipped_dn) const {
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t i = 0; i < std::ssize(places_px); ++i)
+      if (const Eigen::Vector2f& at = places_px[static_cast<std::size_t>(i)]; at.allFinite())
+        run_pixel(static_cast<std::size_t>(i), at.cast<double>(), black_dn, clipped_dn);
+  }
+
+ private:
+  struct RasterWave {
+    int order;
+    double taken, turns;  ///< Raster::turns_taken(); turns per fringe
+  };
+
+  /// Returns what blur and halo leave of a wave of so many turns per fringe; of that of the fringe itself.
+  double left_of_wave(double turns, bool of_fringe = true) const {
+    const Projector& p = *twin_.projector;
+    const double per_px = turns / pitch_px_, u = 0.5 * kTwoPi * p.blur_px * per_px;
+    const double left = std::exp(-2.0 * u * u) * (p.has_halo() ? p.halo_attenuation(per_px) : 1.0);
+    return of_fringe ? left / left_of_wave(1.0, false) : left;
+  }
+  Complex wave(const Harmonic& h, double turns) const {
+    return wave_of(h, per_amplitude_ * left_of_wave(turns));
+  }
+
+  /// Returns the waves of the orders 2, 3 ... at a place.
+  std::vector<Complex> harmonics_at(const Eigen::Vector2d& place_px) const {
+    std::vector<Complex> here = of_pitch_;
+    if (of_term_.empty()) return here;
+    const auto terms = twin_.projector->field_terms(place_px);
+    for (std::size_t t = 0; t < of_term_.size(); ++t) {
+      if (here.size() < of_term_[t].size()) here.resize(of_term_[t].size());
+      for (std::size_t i = 0; i < of_term_[t].size(); ++i) here[i] += terms[t] * of_term_[t][i];
+    }
+    return here;
+  }
+
+  /// Returns the waves of the raster where the fringe has the phase e^it in the first step.
+  void raster_at(Complex first, double along_px, std::vector<Complex>& out) const {
+    const double turns = std::arg(first) / kTwoPi, fringe = (along_px - origin_px_) / pitch_px_,
+                 x_px = origin_px_ + pitch_px_ * (turns + std::round(fringe - turns)),
+                 middle_px = middle_of_raster_px(fringes_.axis == Axis::x ? twin_.projector->lens.width()
+                                                                          : twin_.projector->lens.height());
+    for (std::size_t i = 0; i < waves_.size(); ++i)
+      out[i] = raster_[i] *
+               std::polar(1.0, kTwoPi * (waves_[i].order * (x_px - origin_px_) / pitch_px_ -
+                                         waves_[i].taken * (x_px - middle_px) / fringes_.raster.pitch_px));
+  }
+
+  void run_pixel(std::size_t pixel, const Eigen::Vector2d& place_px, double black_dn, double clipped_dn) const {
+    const std::size_t n = images_.size();
+    std::vector<double> value(n), added(n, 0.0);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto dn = static_cast<double>(images_[i].image->data[pixel]);
+      if (!(dn < clipped_dn)) return;
+      value[i] = (dn - black_dn) / images_[i].exposure;
+    }
+    const std::vector<Complex> of_all = harmonics_at(place_px);
+    std::vector<Complex> raster(waves_.size());
+    const double along_px = fringes_.axis == Axis::x ? place_px.x() : place_px.y();
+    for (int pass = 0; pass < kPasses; ++pass) {
+      double c = 0.0, s = 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        c += static_cast<double>(solver_.cos_weights()[i]) * (value[i] - added[i]);
+        s += static_cast<double>(solver_.sin_weights()[i]) * (value[i] - added[i]);
+      }
+      const double amplitude = std::hypot(c, s);
+      if (!(amplitude > 0.0)) return;
+      const Complex first = Complex(c, s) / amplitude;
+      raster_at(first, along_px, raster);
+      for (std::size_t i = 0; i < n; ++i)
+        added[i] = amplitude * more_than_plain(images_[i], first, of_all, raster);
+    }
+    for (std::size_t i = 0; i < n; ++i)
+      images_[i].image->data[pixel] = static_cast<float>(black_dn + value[i] - added[i]);
+  }
+
+  /// Returns what a step has besides its cosine and the mean, over the amplitude.
+  double more_than_plain(const Step& step, Complex first, const std::vector<Complex>& of_all,
+                         const std::vector<Complex>& raster) const {
+    const Complex there = first * step.turn;
+    double fringe = there.real();
+    Complex power = there;
+    const std::size_t n = std::max(of_all.size() + 1, step.own.size());
+    for (std::size_t k = 0; k < n; ++k, power *= there) {  // of order k + 1
+      if (k > 0 && k <= of_all.size()) fringe += (of_all[k - 1] * power).real();
+      if (k < step.own.size()) fringe += (step.own[k] * power).real();
+    }
+    for (std::size_t i = 0; i < raster.size(); ++i) fringe += (raster[i] * step.raster[i]).real();
+    return step.light * fringe - (first * step.step).real() + (step.light - 1.0) * mean_;
+  }
+
+  const Twin& twin_;
+  const DirectionFringes& fringes_;
+  double pitch_px_, origin_px_, per_amplitude_;
+  double mean_;  ///< of the projector's light, over the amplitude
+  measure::StepSolver solver_;
+  std::vector<Complex> of_pitch_;
+  std::vector<std::vector<Complex>> of_term_;
+  std::vector<RasterWave> waves_;
+  std::vector<Complex> raster_;
+  std::vector<Step> images_;
+};
+
+}  // namespace
+
+bool knows_light(const Twin& twin, const Camera& camera) {
+  if (!twin.projector || twin.fringes.steps == 0) return false;
+  const Projector& p = *twin.projector;
+  return p.response.kind == ProjectorResponse::Kind::linear && !p.pixel_structure &&
+         twin.fringes.waveform.kind == Waveform::Kind::sine &&
+         (twin.fringes.has_harmonics() || twin.fringes.has_raster() || p.has_image_shifts() ||
+          !p.light_factors.empty() || !camera.exposure_factors.empty());
+}
+
+CameraImages without_known_light(CameraImages images, const Twin& twin, const Camera& camera,
+                                 const std::vector<Eigen::Vector2f>& places_px, std::vector<int> steps) {
+  FT_CHECK(places_px.size() == images.images.at(0).size(), "a place of each pixel");
+  if (steps.empty()) steps = measure::all_steps(twin.fringes.steps);
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  std::map<std::pair<int, int>, KnownPitch> pitches;
+  for (const int step : steps)
+    for (std::size_t k = 0; k < sequence.size(); ++k) {
+      const PatternSpec& spec = sequence[k];
+      if (spec.kind != PatternSpec::Kind::phase_step || spec.step != step) continue;
+      const auto [at, is_new] = pitches.try_emplace(
+          std::pair{spec.direction, spec.pitch}, twin, static_cast<std::size_t>(spec.direction),
+          static_cast<std::size_t>(spec.pitch), steps);
+      at->second.add_image(&images.images.at(k), camera, step, k);
+    }
+  for (const auto& [of, pitch] : pitches)
+    pitch.run(places_px, camera.sensor.black_level_dn, images.saturation_dn());
+  return images;
+}
+
+}  // namespace fringetwin::cosim
