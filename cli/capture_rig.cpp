@@ -17,7 +17,6 @@
 #include "cli/render_flags.hpp"
 #include "compare/result/provenance.hpp"
 #include "cosim/load.hpp"
-#include "cosim/shape/measured_shapes.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 

@@ -7,7 +7,6 @@
 #include "cli/render_flags.hpp"
 #include "cli/twin_argument.hpp"
 #include "cosim/load.hpp"
-#include "cosim/shape/measured_shapes.hpp"
 #include "cosim/write_results.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"

@@ -7,7 +7,7 @@
 #include "cli/option_groups.hpp"
 #include "cli/tell/json_output.hpp"
 #include "cli/twin_argument.hpp"
-#include "cosim/shape/measured_shapes.hpp"
+#include "cosim/load.hpp"
 #include "cosim/write_results.hpp"
 #include "tradeoff/needs.hpp"
 #include "tradeoff/pareto.hpp"

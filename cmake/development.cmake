@@ -5,7 +5,7 @@
 include(CMakePackageConfigHelpers)
 set(headers twin/twin.hpp twin/captures/capture_set.hpp twin/base/errors.hpp twin/base/progress.hpp
   render/renderer.hpp render/base/device_info.hpp measure/measurement.hpp
-  cosim/cosim.hpp cosim/load.hpp cosim/measured_shapes.hpp cosim/simulate.hpp cosim/write_results.hpp)
+  cosim/cosim.hpp cosim/load.hpp cosim/shape/measured_shapes.hpp cosim/simulate.hpp cosim/write_results.hpp)
 
 # fringetwin_with_included(OUT headers...): these headers and all of ours that they include
 function(fringetwin_with_included out)

@@ -2,6 +2,7 @@
 #include "cosim/load.hpp"
 
 #include "compare/verdict/limits.hpp"
+#include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"
 
@@ -37,6 +38,14 @@ Captures load_captures(const Twin& twin, const std::filesystem::path& dir) {
     if (camera.black) out.files.push_back(*camera.black);
   }
   return out;
+}
+
+Twin load_renderable_twin(const std::filesystem::path& file,
+                          const std::map<std::string, std::string>& settings) {
+  Twin twin = load_for_run(file, settings);
+  check_measured_shapes(twin);
+  if (has_measured_shape(twin)) build_measured_shapes(twin, load_captures(twin, *twin.real.captures).cameras);
+  return twin;
 }
 
 }  // namespace fringetwin::cosim

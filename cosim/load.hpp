@@ -26,4 +26,9 @@ struct Captures {
 };
 Captures load_captures(const Twin& twin, const std::filesystem::path& dir);
 
+/// Reads a twin with everything a renderer needs: its meshes, and measured shapes built from the captures
+/// that [real] names. `settings`: as load_for_run() takes them.
+Twin load_renderable_twin(const std::filesystem::path& file,
+                          const std::map<std::string, std::string>& settings = {});
+
 }  // namespace fringetwin::cosim

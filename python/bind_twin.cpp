@@ -5,7 +5,6 @@
 
 #include "cli/version.hpp"
 #include "cosim/load.hpp"
-#include "cosim/shape/measured_shapes.hpp"
 #include "python/long_call.hpp"
 #include "python/types.hpp"
 

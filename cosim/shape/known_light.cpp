@@ -27,8 +27,8 @@ Complex wave_of(const Harmonic& h, double per_amplitude) {
 /// One image of a pitch.
 struct Step {
   ImageF* image;
-  Complex step;           ///< e^(2 pi i n/N)
-  Complex turn;           ///< the same where its fringes lie
+  Complex step;  ///< e^(2 pi i n/N)
+  Complex turn;  ///< the same where its fringes lie
   double light = 1.0, exposure = 1.0;
   std::vector<Complex> own = {};     ///< waves of the orders 1, 2 ... that it has besides
   std::vector<Complex> raster = {};  ///< of each wave of the raster: how it is turned in this image
@@ -124,7 +124,8 @@ class KnownPitch {
                                          waves_[i].taken * (x_px - middle_px) / fringes_.raster.pitch_px));
   }
 
-  void run_pixel(std::size_t pixel, const Eigen::Vector2d& place_px, double black_dn, double clipped_dn) const {
+  void run_pixel(std::size_t pixel, const Eigen::Vector2d& place_px, double black_dn,
+                 double clipped_dn) const {
     const std::size_t n = images_.size();
     std::vector<double> value(n), added(n, 0.0);
     for (std::size_t i = 0; i < n; ++i) {
@@ -200,9 +201,9 @@ CameraImages without_known_light(CameraImages images, const Twin& twin, const Ca
     for (std::size_t k = 0; k < sequence.size(); ++k) {
       const PatternSpec& spec = sequence[k];
       if (spec.kind != PatternSpec::Kind::phase_step || spec.step != step) continue;
-      const auto [at, is_new] = pitches.try_emplace(
-          std::pair{spec.direction, spec.pitch}, twin, static_cast<std::size_t>(spec.direction),
-          static_cast<std::size_t>(spec.pitch), steps);
+      const auto [at, is_new] = pitches.try_emplace(std::pair{spec.direction, spec.pitch}, twin,
+                                                    static_cast<std::size_t>(spec.direction),
+                                                    static_cast<std::size_t>(spec.pitch), steps);
       at->second.add_image(&images.images.at(k), camera, step, k);
     }
   for (const auto& [of, pitch] : pitches)

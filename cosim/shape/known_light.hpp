@@ -15,9 +15,9 @@ namespace fringetwin::cosim {
 bool knows_light(const Twin& twin, const Camera& camera);
 
 /// Returns the images of a camera without that. `places_px`: of each pixel the place in the projector's image
-/// that lights it, NaN where it is not known; those pixels stay as they are, as those with a clipped value do.
-/// Of every pixel its own fringe is fitted to `steps` alone, all where it is empty, and only these are changed;
-/// the noise stays. It must be good enough to tell the fringe's order.
+/// that lights it, NaN where it is not known; those pixels stay as they are, as those with a clipped value
+/// do. Of every pixel its own fringe is fitted to `steps` alone, all where it is empty, and only these are
+/// changed; the noise stays. It must be good enough to tell the fringe's order.
 CameraImages without_known_light(CameraImages images, const Twin& twin, const Camera& camera,
                                  const std::vector<Eigen::Vector2f>& places_px, std::vector<int> steps = {});
 

@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "cosim/load.hpp"
 #include "cosim/shape/known_light.hpp"
 #include "measure/decode/plain_fringes.hpp"
 #include "measure/measurement.hpp"
@@ -146,14 +145,6 @@ std::size_t steps_of_measured_shape(const Twin& twin) {
     if (const auto* measured = std::get_if<MeasuredShape>(&object.shape))
       return built_from_steps(twin, object, *measured).size();
   return 0;
-}
-
-Twin load_renderable_twin(const std::filesystem::path& file,
-                          const std::map<std::string, std::string>& settings) {
-  Twin twin = load_for_run(file, settings);
-  check_measured_shapes(twin);
-  if (has_measured_shape(twin)) build_measured_shapes(twin, load_captures(twin, *twin.real.captures).cameras);
-  return twin;
 }
 
 }  // namespace fringetwin::cosim

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds the objects with shape = "measured" from the real captures of the scene they stand in.
 #pragma once
-#include <filesystem>
-#include <map>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "measure/surface.hpp"
@@ -28,10 +25,5 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
 
 /// Returns over how many phase steps the first measured shape of the twin is built.
 std::size_t steps_of_measured_shape(const Twin& twin);
-
-/// Reads a twin with everything a renderer needs: its meshes, and measured shapes built from the captures
-/// that [real] names. `settings`: as load_for_run() takes them.
-Twin load_renderable_twin(const std::filesystem::path& file,
-                          const std::map<std::string, std::string>& settings = {});
 
 }  // namespace fringetwin::cosim
