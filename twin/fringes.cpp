@@ -105,6 +105,11 @@ double Raster::turns_taken(int order, double fringe_pitch_px) const {
   return std::round(order * pitch_px / fringe_pitch_px);
 }
 
+double Raster::left_by_pixels(double per_px) const {
+  const double angle = std::numbers::pi * per_px * pitch_px;
+  return std::abs(angle) < 1e-4 ? 1.0 : std::sin(angle) / angle;
+}
+
 bool DirectionFringes::has_own_harmonics() const { return has_any(harmonics); }
 bool DirectionFringes::has_harmonics_field() const { return has_any(harmonics_field); }
 

@@ -45,14 +45,17 @@ inline constexpr double kLargestContrast = 2.0;
 /// Waves that single high orders of what the fringes show make with the projector's own pixels, each of which
 /// shows one level (docs/PHYSICS.md, "Waves of the raster"). Order h at the phase t of a fringe of pitch p,
 /// step included, is seen where the light lands at x as the wave of phase h t - 2 pi m (x - c)/r: r the
-/// raster's pitch, c the middle of a pixel, m = round(h r/p), which makes it the slowest.
+/// raster's pitch, c the middle of a pixel, m = round(h r/p), which makes it the slowest: of f = h/p - m/r
+/// per px. The square of a pixel leaves sin(pi f r)/(pi f r) of it.
 struct Raster {
   double pitch_px = 1.0;  ///< of the projector's own pixels, px of the calibrated projector
   int first_order = 2;
-  Harmonics waves = {};  ///< of the orders from the first on
+  Harmonics waves = {};  ///< of the levels that pixels show, of the orders from the first on
   bool has_any() const;  ///< light at all
   /// Returns m, by how many turns per pixel the wave of an order is slower.
   double turns_taken(int order, double fringe_pitch_px) const;
+  /// Returns the share of a wave of so many turns per px that squares of one level leave.
+  double left_by_pixels(double per_px) const;
   bool operator==(const Raster&) const = default;
 };
 /// Returns c, px: the pixel in the middle of a projector's image, or the one after it.

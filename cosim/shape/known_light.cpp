@@ -57,7 +57,8 @@ class KnownPitch {
       const int order = raster.first_order + static_cast<int>(i);
       const double taken = raster.turns_taken(order, pitch_px_);
       waves_.push_back({order, taken, order - taken * pitch_px_ / raster.pitch_px});
-      raster_.push_back(wave(raster.waves[i], std::abs(waves_.back().turns)));
+      const double turns = waves_.back().turns;
+      raster_.push_back(raster.left_by_pixels(turns / pitch_px_) * wave(raster.waves[i], std::abs(turns)));
     }
   }
 

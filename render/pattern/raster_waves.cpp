@@ -114,7 +114,7 @@ std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, 
     const double angle = ahead + kTwoPi * (order * static_cast<double>(spec.step) / twin.fringes.steps -
                                            per_px * twin.projector->image_shift_px(image));
     const double c = std::cos(angle), s = std::sin(angle);
-    double left = d.contrast_of(p);
+    double left = d.contrast_of(p) * d.raster.left_by_pixels(per_px);
     if (twin.projector->has_halo()) left *= twin.projector->halo_attenuation(std::abs(per_px));
     terms.push_back({i, left * (wave.cosine * c + wave.sine * s),
                      std::copysign(left, turns) * (wave.cosine * s - wave.sine * c)});

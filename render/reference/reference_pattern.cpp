@@ -182,7 +182,10 @@ double ReferencePattern::raster(double x, double radius, double sigma) const {
     const double angle =
         2.0 * pi *
         (order * ((x - origin_px_) / pitch_px_ + spec_.step / static_cast<double>(fringes_.steps)) - turns);
-    sum += std::exp(-2.0 * u * u) * disk *
+    const double half_px = 0.5 * r.pitch_px, w = 2.0 * pi * per_px;  // the mean of a wave over a pixel
+    const double square =
+        w == 0.0 ? 1.0 : (std::sin(w * half_px) - std::sin(-w * half_px)) / (w * r.pitch_px);
+    sum += std::exp(-2.0 * u * u) * disk * square *
            (r.waves[i].cosine * std::cos(angle) + r.waves[i].sine * std::sin(angle));
   }
   return sum;

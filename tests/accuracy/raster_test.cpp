@@ -98,10 +98,12 @@ void expect_formula(Twin without, const std::string& what) {
       double light = 0.0;
       for (int k = 0; k < 3; ++k) {
         const Harmonic& wave = twin.fringes.directions[0].raster.waves[static_cast<std::size_t>(k)];
+        const double x_px = s.projector_px.x(), w = 2.0 * pi * ((8 + k) / pitch_px - 1.0 / 1.0037);
         const double t = 2.0 * pi *
-                         ((8 + k) * ((s.projector_px.x() - origin_px) / pitch_px + spec.step / 6.0) -
-                          (s.projector_px.x() - 640) / 1.0037);
-        light += wave.cosine * std::cos(t) + wave.sine * std::sin(t);
+                         ((8 + k) * ((x_px - origin_px) / pitch_px + spec.step / 6.0) -
+                          (x_px - 640) / 1.0037),
+                     square = std::sin(0.5 * 1.0037 * w) / (0.5 * 1.0037 * w);
+        light += square * (wave.cosine * std::cos(t) + wave.sine * std::sin(t));
       }
       EXPECT_NEAR(with.irradiance[image](x, 30) - plain.irradiance[image](x, 30),
                   twin.projector->light_factors[image] * s.weight * light, 3e-5 * s.weight)
@@ -129,8 +131,7 @@ TEST(Raster, IsWhatPixelsOfOneLevelMake) {
   ASSERT_EQ(raster.turns_taken(kOrder, kPitchPx), 1.0);
   const double per_px = kOrder / kPitchPx - 1.0 / kRasterPx;
   const auto left = [&](double f) {
-    const double u = pi * f * kRasterPx;
-    return std::sin(u) / u * std::exp(-2.0 * pi * pi * f * f * kSigmaPx * kSigmaPx);
+    return raster.left_by_pixels(f) * std::exp(-2.0 * pi * pi * f * f * kSigmaPx * kSigmaPx);
   };
   const double faster =
       std::abs(left(per_px + 1.0 / kRasterPx)) + std::abs(left(per_px - 1.0 / kRasterPx)) + 1e-6;

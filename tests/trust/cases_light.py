@@ -240,6 +240,30 @@ add_case("short_exposures_textured", "light", "the same, with light that flicker
          refine="light,image_harmonics,texture,offset")
 
 
+# (cosine, sine) of what the shown levels are off, as of fringes of few levels: of orders that pixels do not resolve
+FINE = {43: (0.006, -0.002), 45: (0.0, 0.004)}
+
+
+def fine_levels_shown_by_pixels(rig, twin, random):
+    rig.fine_levels = lambda phase: sum(c * np.cos(k * phase) + s * np.sin(k * phase) for k, (c, s) in FINE.items())
+    rig.pitches_px = twin.pitches_px = [60, 64, 68]
+    twin.raster = (1, 42, [(0, 0)] * 5)
+
+
+def raster_told(rig, twin, random):
+    fine_levels_shown_by_pixels(rig, twin, random)
+    twin.raster = (1, 42, [(0, 0), FINE[43], (0, 0), FINE[45], (0, 0)])
+
+
+FINE_WALL = dict(scene="wall", small=True, steps=8, nodes=6)
+add_case("fine_levels", "light", "what pixels of the projector show is off by 0.6 % and 0.4 % in waves of the orders 43 and 45, which "
+         "beat with the pixels", fine_levels_shown_by_pixels, FINE_WALL, verdict={"gray": "not explained"})
+add_case("fine_levels_told", "light", "the same; the twin says it", raster_told, FINE_WALL, expect="explained")
+add_case("fine_levels_refined", "light", "the same; the twin names the orders, `--refine raster`", fine_levels_shown_by_pixels, FINE_WALL,
+         expect="explained", refine="raster",
+         values={f"projector.raster.x.{k}{name}": part for k, pair in FINE.items() for name, part in zip(("", ".quadrature"), pair)})
+
+
 def saturating(x):
     """Straight up to a twentieth of the scale, then less and less steep: 5.5 % below the line at full scale."""
     over = np.maximum(x - 0.05, 0)

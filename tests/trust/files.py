@@ -37,6 +37,10 @@ def write_captures(folder, images_of_cameras, bits):
     write_text(os.path.join(folder, "capture.toml"), lines)
 
 
+def raster_text(pitch_px, first, waves):
+    return f"{{ pitch_px = {pitch_px}, first = {first}, waves = {[list(wave) for wave in waves]} }}"
+
+
 def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
     lines = [*(f"# {line}" for line in comment), 'schema = "fringetwin-twin/1"', f'name = "{name}"', 'cameramodel_unit = "mm"']
     for name, camera, sensor in zip(CAMERA_NAMES, twin.cameras, twin.sensors):
@@ -46,7 +50,7 @@ def write_twin(folder, twin, file="twin.toml", name="trust", comment=()):
                   f'electrons_per_dn = {sensor["electrons_per_dn"]}', f'read_noise_dn = {sensor["read_noise_dn"]}']
     lines += ["[projector]", *device_lines(twin.projector), f"intensity = {twin.intensity}", f"blur_px = {twin.blur_px}",
               *([f"light_field = {numbers(twin.light_field)}"] if twin.light_field else []), "[fringes]", f'directions = ["{twin.direction}"]', f"pitches_px = {twin.pitches_px}",
-              f"steps = {twin.steps}", f'unwrap = "{twin.unwrap}"', f"mean = {twin.mean}",
+              *([f"raster = {raster_text(*twin.raster)}"] if twin.raster else []), f"steps = {twin.steps}", f'unwrap = "{twin.unwrap}"', f"mean = {twin.mean}",
               f"amplitude = {twin.amplitude}", f"phase_origin_px = {twin.origin_px}"]
     if twin.unwrap == "gray":
         code = twin.code

@@ -5,6 +5,8 @@ Nothing here is code of the program. A pixel is an integral over its area by Gau
 theta^2 / (24 n^2) of the fringe's amplitude, theta the fringe's phase over a pixel, which is 0.1 % for 0.8 rad and
 n = 5 and would be taken for the program's error. The same class serves as the rig and, copied, as what its user believes
 (the twin); a case plants a difference in one of them."""
+import math
+
 import numpy as np
 
 import solids
@@ -14,6 +16,8 @@ from projection import Device, aimed_at, vector
 PROJECTOR_SIZE = (800, 600)
 CAMERA_NAMES = ("left", "right")
 BEYOND_MM = 1e4  # on the way to a far lamp: behind all objects
+NORMAL_AT = np.linspace(-9, 9, 18001)
+NORMAL_CDF = np.array([0.5 * math.erfc(-x / math.sqrt(2)) for x in NORMAL_AT])  # straight between: off by 3e-8
 
 
 def unit(vectors):
@@ -93,6 +97,8 @@ class Rig:
         self.besides_factor = None  # a factor on the light of room and lamp in each image
         self.blur_field = None  # (u, v) -> variance in px^2 by which the blur of the fringes differs from blur_px there
         self.waveform = None  # (phase in rad, u, v) -> light that phase steps have besides a sinusoid's
+        self.fine_levels = None  # (phase in rad) -> what a pixel of the projector shows besides, from the phase in its middle
+        self.raster = None  # what a twin says of it: (pitch in px, first order, [(cosine, sine), ...])
         self.image_waveform = {}  # image -> (phase in rad) -> light that this phase step has besides
         self.halo = []  # (share, sigma in px) of light that the projector spreads further than its blur
         self.image_factor = None  # a factor on the light of each image
@@ -158,7 +164,18 @@ class Rig:
         if self.projector_response:
             level = self.projector_response(level)
         level = level + self.waveform(phase, *place) if self.waveform else level
+        level = level + self.light_of_pixels(u, pitch, n) if self.fine_levels else level
         return level + besides(phase) if besides else level
+
+    def light_of_pixels(self, u, pitch, step):
+        """The sum over the projector's pixels near u, each a square of one level, spread by the blur."""
+        def left_of(x):
+            return np.interp(x / self.blur_px, NORMAL_AT, NORMAL_CDF)
+        out, middle = np.zeros_like(u), np.round(u)
+        for pixel in (middle + j for j in range(-8, 9)):
+            level = self.fine_levels(2 * np.pi * ((pixel - self.origin_px) / pitch + step / self.steps))
+            out += level * (left_of(u - pixel + 0.5) - left_of(u - pixel - 0.5))
+        return out
 
     def bit_integral(self, pattern):
         """Projector coordinates, and the integral up to there of what the projector throws in an image of the code: tabulated in
