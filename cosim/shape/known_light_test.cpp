@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that a twin can know of its fringes, planted into gray values by plain formulas, is taken out of
+// some of the steps.
+//
+// | check               | tolerance | origin                                                              |
+// |---------------------|-----------|---------------------------------------------------------------------|
+// | gray values         | 3e-3 DN   | 60 DN times 3 % four times, 5e-5, times what changes by it, 20; and |
+// |                     |           | single precision of values up to 200 DN, 1e-5                       |
+// | before              | > 1 DN    | planted                                                             |
+#include "cosim/shape/known_light.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/paper_rig.hpp"
+
+namespace fringetwin::cosim::known_light_test {
+namespace {
+
+constexpr double kPi = std::numbers::pi, kMeanDn = 100.0, kAmplitudeDn = 60.0, kBlackDn = 6.0;
+constexpr int kWidth = 90, kHeight = 40, kSteps = 12;
+
+/// 32 px per fringe of a direction, 24 of another, in 12 steps each.
+Twin knowing_twin() {
+  Twin twin = testing::paper_rig();
+  twin.cameras.resize(1);
+  twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {900, 900, 45, 20}, {kWidth, kHeight}, "test");
+  twin.cameras[0].sensor.black_level_dn = kBlackDn;
+  twin.projector->blur_px = 0.7;
+  twin.fringes = {.directions = {{Axis::x, {32.0}, {1.5}, {}}, {Axis::y, {24.0}, {-2.0}, {}}},
+                  .steps = kSteps,
+                  .unwrap = Unwrap::none,
+                  .mean = 0.5,
+                  .amplitude = 0.4,
+                  .images = {}};
+  for (DirectionFringes& d : twin.fringes.directions) {
+    d.harmonics = {{{0.01, -0.004}, {}, {0.0, 0.006}}};
+    d.harmonics_field = {{{0.004, 0.0}}, {{0.0, 0.003}, {0.002, 0.0}}};
+    d.raster = {1.07, 21, {{0.005, 0.0}, {0.0, -0.004}}};
+  }
+  twin.fringes.image_harmonics.assign(2 * kSteps, {});
+  twin.fringes.image_harmonics[4] = {{-0.004, 0.002}, {0.003, 0.0}, {0.0, 0.002}};
+  for (int i = 0; i < 2 * kSteps; ++i) {
+    twin.projector->image_shifts_px.push_back(0.05 * std::sin(i));
+    twin.projector->light_factors.push_back(1.0 + 0.01 * std::cos(1.3 * i));
+    twin.cameras[0].exposure_factors.push_back(1.0 + 0.02 * std::sin(2.0 + i));
+  }
+  return twin;
+}
+
+Eigen::Vector2d place_px(int x, int y) { return {300.0 + 2.3 * x + 0.1 * y, 200.0 - 0.2 * x + 1.9 * y}; }
+
+double blur_leaves(double per_px) { return std::exp(-2.0 * kPi * kPi * per_px * per_px * 0.7 * 0.7); }
+
+/// Returns the gray value of an image of the sequence, as recorded or as plain fringes make it.
+double gray_dn(const Twin& twin, std::size_t image, const Eigen::Vector2d& at_px, bool plain) {
+  const DirectionFringes& d = twin.fringes.directions[image / kSteps];
+  const double pitch = d.pitches_px[0], origin = d.phase_origin_px[0], step = static_cast<double>(image % kSteps) / kSteps;
+  const double middle = d.axis == Axis::x ? 640 : 360, along = d.axis == Axis::x ? at_px.x() : at_px.y();
+  // light of a wave a cos t + b sin t per full scale, of so many turns per px
+  const auto seen = [&](const Harmonic& h, double t, double per_px) {
+    return blur_leaves(per_px) * (h.cosine * std::cos(t) + h.sine * std::sin(t));
+  };
+  const auto fringe = [&](double x) {
+    const double t = 2.0 * kPi * ((x - origin) / pitch + step);
+    double light = seen({twin.fringes.amplitude, 0.0}, t, 1.0 / pitch);
+    if (plain) return light;
+    const double u = 2.0 * (at_px.x() + 0.5) / 1280 - 1.0, v = 2.0 * (at_px.y() + 0.5) / 720 - 1.0;
+    for (int k = 2; k <= 4; ++k) light += seen(d.harmonics[0][static_cast<std::size_t>(k - 2)], k * t, k / pitch);
+    light += seen({0.004 * u, 0.003 * v}, 2.0 * t, 2.0 / pitch) + seen({0.002 * v, 0.0}, 3.0 * t, 3.0 / pitch);
+    const Harmonics& own = twin.fringes.harmonics_of_image(image);
+    for (std::size_t i = 0; i < own.size(); ++i)
+      light += seen(own[i], (i + 1.0) * t, (i + 1.0) / pitch);
+    for (int k = 21; k <= 22; ++k) {
+      const double per_px = k / pitch - 1.0 / 1.07, square = std::sin(kPi * per_px * 1.07) / (kPi * per_px * 1.07);
+      light += square * seen(d.raster.waves[static_cast<std::size_t>(k - 21)],
+                             k * t - 2.0 * kPi * (x - middle) / 1.07, per_px);
+    }
+    return light;
+  };
+  const double per_light = kAmplitudeDn / (twin.fringes.amplitude * blur_leaves(1.0 / pitch));
+  const double of_room_dn = kMeanDn - per_light * twin.fringes.mean;
+  if (plain) return kBlackDn + of_room_dn + per_light * (twin.fringes.mean + fringe(along));
+  const Projector& p = *twin.projector;
+  return kBlackDn + twin.cameras[0].exposure_factors[image] *
+                        (of_room_dn + per_light * p.light_factors[image] *
+                                          (twin.fringes.mean + fringe(along - p.image_shifts_px[image])));
+}
+
+CameraImages recorded(const Twin& twin, bool plain) {
+  CameraImages out;
+  for (std::size_t i = 0; i < 2 * kSteps; ++i) {
+    ImageF image(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<float>(gray_dn(twin, i, place_px(x, y), plain));
+    out.images.push_back(std::move(image));
+  }
+  return out;
+}
+
+TEST(KnownLight, IsTakenOutOfTheStepsThatAreAskedFor) {
+  const Twin twin = knowing_twin();
+  ASSERT_TRUE(knows_light(twin, twin.cameras[0]));
+  CameraImages with = recorded(twin, false);
+  const CameraImages plain = recorded(twin, true);
+  std::vector<Eigen::Vector2f> places;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)  // known to a third of a fringe
+      places.push_back(place_px(x, y).cast<float>() + Eigen::Vector2f(x % 2 == 0 ? 8.0F : -7.0F, 5.0F));
+  places[7] = {300.0F, std::numeric_limits<float>::quiet_NaN()};
+  with.images[2](12, 3) = 255.0F;  // clipped
+  const std::vector<int> even{0, 2, 4, 6, 8, 10};
+  Twin steady = twin;  // what is known of places must not be off where it is taken from
+  const CameraImages found = without_known_light(with, steady, steady.cameras[0], places, even);
+  double before = 0.0;
+  for (std::size_t i = 0; i < found.images.size(); ++i)
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const std::size_t pixel = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
+        const bool kept = i % 2 == 1 || pixel == 7 || (x == 12 && y == 3 && i < kSteps);
+        const float expected = (kept ? with : plain).images[i](x, y);
+        ASSERT_NEAR(found.images[i](x, y), expected, kept ? 0.0 : 0.02) << i << ' ' << x << ' ' << y;
+        before = std::max(before, static_cast<double>(std::abs(with.images[i](x, y) - plain.images[i](x, y))));
+      }
+  EXPECT_GT(before, 1.0);
+}
+
+TEST(KnownLight, IsNoneOfPlainFringesAndOfThoseThatAreNoSumOfWaves) {
+  Twin twin = knowing_twin();
+  twin.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
+  EXPECT_FALSE(knows_light(twin, twin.cameras[0]));
+  const Twin plain = testing::paper_rig();
+  EXPECT_FALSE(knows_light(plain, plain.cameras[0]));
+}
+
+}  // namespace
+}  // namespace fringetwin::cosim::known_light_test
