@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the light of fringes has besides what is shown, planted into gray values with noise by the reference
 // in double precision, is found by the fit to convergence: harmonics, alike everywhere or not, contrast of
-// pitches, waveforms of single images.
+// pitches, waveforms of single images, waves of the raster.
 //
 // | check                 | tolerance      | origin                                                |
 // |-----------------------|----------------|-------------------------------------------------------|
@@ -12,6 +12,8 @@
 // | its sigma             | 2e-3           | a tenth of the least that is planted, 0.02            |
 // | waveforms of images   | 4 sigma        | 103 numbers, normal: one seed in 155                  |
 // | their sigma           | 1e-3           | 0.3 DN of 200 DN in one image of 8                    |
+// | waves of the raster   | 4 sigma        | 13 numbers, normal: one seed in 1200                  |
+// | their sigma           | 1e-3           | 0.3 DN of 200 DN                                      |
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -188,6 +190,55 @@ TEST(PlantedWaveforms, OfSingleImages) {
       const GroupFit::Known& next = fit.known()[static_cast<std::size_t>(at - all.begin()) + 1];
       EXPECT_NEAR(next.value, planted.sine - mean.sine, 4.0 * next.sigma) << name << ".quadrature";
     }
+}
+
+// Of two pitches, which are sampled apart from one another, beside light, shifts and a pose; the raster is as
+// wide as the twin says, or a little wider.
+TEST(PlantedWaveforms, WavesOfTheRaster) {
+  Twin twin = window_on_the_sphere();
+  twin.fringes.steps = 5;
+  twin.fringes.unwrap = Unwrap::none;
+  twin.projector->blur_px = 0.5;
+  DirectionFringes& fringes = twin.fringes.directions[0];
+  fringes.pitches_px = {14.5, 13.0}, fringes.phase_origin_px = {2.0, -1.0};
+  fringes.raster = {1.01, 8, {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}};
+  Twin truth = twin;
+  truth.fringes.directions[0].raster.waves = {{0.012, -0.005}, {0.0, 0.0}, {-0.004, 0.01}};
+  for (int k = 0; k < 10; ++k) {
+    truth.projector->light_factors.push_back(1.0 + 0.02 * std::sin(2.0 * k));
+    truth.projector->image_shifts_px.push_back(k == 3 ? 0.1 : 0.0);
+  }
+  const auto find = [&](const Twin& start, const Twin& rig, std::vector<std::string> groups) {
+    const Images images = traced_by_reference(rig);
+    const std::vector<CameraImages> frames = frames_of(rendered(start));
+    Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
+    std::vector<Parameter> parameters;
+    for (const std::string& group : groups)
+      for (Parameter& p : parameters_of(start, group)) parameters.push_back(std::move(p));
+    GroupFit fit(sensitivity, start, parameters, {.exact = true});
+    fit.run();
+    EXPECT_TRUE(fit.converged());
+    EXPECT_LT(fit.chi2(), 1.05);
+    const Raster& planted = rig.fringes.directions[0].raster;
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (parameters[k].group != "raster") continue;
+      const std::size_t wave = n / 2;
+      const double value = wave >= planted.waves.size() ? planted.pitch_px
+                           : n % 2 == 0                 ? planted.waves[wave].cosine
+                                                        : planted.waves[wave].sine;
+      ++n;
+      const GroupFit::Known& known = fit.known()[k];
+      EXPECT_NEAR(known.value, value, 4.0 * known.sigma) << parameters[k].name;
+      EXPECT_LT(known.sigma, 1e-3) << parameters[k].name;
+    }
+    return n;
+  };
+  EXPECT_EQ(find(twin, truth, {"raster", "light", "image_shift"}), 6u);  // no pitch without any wave
+  Twin close = truth;
+  close.fringes.directions[0].raster.pitch_px += 2e-4;  // half a radian over the projector's image
+  close.fringes.directions[0].raster.waves[0].sine = 0.0;
+  EXPECT_EQ(find(close, truth, {"raster"}), 7u);
 }
 
 }  // namespace

@@ -389,6 +389,10 @@ TEST(Refine, HarmonicsAreWrittenAsTheTwinHasThem) {
   after.fringes.directions[0].contrast = {1.0, 0.9375};
   EXPECT_THAT(refined_toml({}, before, after),
               ::testing::HasSubstr("[0, 0.25]], []]\ncontrast = [1, 0.9375]\n"));
+  after.fringes.directions[0].raster = {1.0625, 41, {{0.125, 0.0}, {0.0, -0.25}}};
+  EXPECT_THAT(
+      refined_toml({}, before, after),
+      ::testing::HasSubstr("raster = { pitch_px = 1.0625, first = 41, waves = [[0.125, 0], [0, -0.25]] }\n"));
   after.fringes.directions[0].harmonics_field = {{{0.125, 0.0}, {0.0, -0.25}}, {{0.0, 0.5}}, {}, {}, {}};
   EXPECT_THAT(refined_toml({}, before, after),
               ::testing::HasSubstr("harmonics_field = [[[0.125, 0], [0, -0.25]], [[0, 0.5]], [], [], []]\n"));

@@ -99,6 +99,30 @@ TEST_F(TwinFileFringes, HarmonicsOfSingleImages) {
               HasSubstr("cannot be combined with pixel_structure"));
 }
 
+TEST_F(TwinFileFringes, WavesOfTheRaster) {
+  const std::string head = kHead + kCamera + kProjector +
+                           "[fringes]\ndirections = [\"x\", \"y\"]\npitches_px = [60]\nsteps = 8\n"
+                           "unwrap = \"none\"\n";
+  const auto text = [&](const std::string& inner) { return head + "raster = { " + inner + " }\n"; };
+  EXPECT_FALSE(load(head).fringes.has_raster());
+  EXPECT_FALSE(load(text("first = 41, waves = [[0, 0]]")).fringes.has_raster());
+  const Fringes fringes = load(text("pitch_px = 1.25, first = 41, waves = [[0.25, 0], [0, -0.5]]")).fringes;
+  EXPECT_TRUE(fringes.has_raster());
+  for (const DirectionFringes& d : fringes.directions)
+    EXPECT_EQ(d.raster, (Raster{1.25, 41, {{0.25, 0.0}, {0.0, -0.5}}}));
+  EXPECT_EQ(fringes.directions[0].raster.turns_taken(41, 60.0), 1.0);  // 41 1.25/60 = 0.85
+  EXPECT_EQ(fringes.directions[0].raster.turns_taken(20, 60.0), 0.0);
+  const Fringes one = load(head + "[fringes.y]\nraster = { first = 9, waves = [[0.25, 0]] }\n").fringes;
+  EXPECT_FALSE(one.directions[0].raster.has_any());
+  EXPECT_EQ(one.directions[1].raster, (Raster{1.0, 9, {{0.25, 0.0}}}));
+  EXPECT_THAT(error(text("waves = [[0.1, 0]]"), "first"), HasSubstr("is missing"));
+  EXPECT_THAT(error(text("first = 41"), "waves"), HasSubstr("must be a list of pairs"));
+  EXPECT_THAT(error(text("first = 41, waves = []"), "waves"), HasSubstr("must be a list of pairs"));
+  EXPECT_THAT(error(text("first = 1, waves = [[0.1, 0]]"), "first"), HasSubstr("2"));
+  EXPECT_THAT(error(text("first = 41, waves = [[0.9, 0], [0.2, 0]]"), "waves"), HasSubstr("add up to 1.1"));
+  EXPECT_THAT(error(text("pitch_px = 0, first = 41, waves = [[0.1, 0]]"), "pitch_px"), HasSubstr("0.1"));
+}
+
 // A contrast for all pitches, for each, and of one direction alone; out of range, or not one per pitch.
 TEST_F(TwinFileFringes, ContrastOfTheFringes) {
   const std::string head = kHead + kCamera +
