@@ -115,8 +115,8 @@ TEST_F(TwinFileFringes, WavesOfTheRaster) {
   const Fringes one = load(head + "[fringes.y]\nraster = { first = 9, waves = [[0.25, 0]] }\n").fringes;
   EXPECT_FALSE(one.directions[0].raster.has_any());
   EXPECT_EQ(one.directions[1].raster, (Raster{1.0, 9, {{0.25, 0.0}}}));
-  EXPECT_THAT(error(text("waves = [[0.1, 0]]"), "first"), HasSubstr("is missing"));
-  EXPECT_THAT(error(text("first = 41"), "waves"), HasSubstr("must be a list of pairs"));
+  EXPECT_THAT(error(text("waves = [[0.1, 0]]"), "raster"), HasSubstr("is missing"));
+  EXPECT_THAT(error(text("first = 41"), "raster"), HasSubstr("must be a list of pairs"));
   EXPECT_THAT(error(text("first = 41, waves = []"), "waves"), HasSubstr("must be a list of pairs"));
   EXPECT_THAT(error(text("first = 1, waves = [[0.1, 0]]"), "first"), HasSubstr("2"));
   EXPECT_THAT(error(text("first = 41, waves = [[0.9, 0], [0.2, 0]]"), "waves"), HasSubstr("add up to 1.1"));
