@@ -93,7 +93,8 @@ void take_waves(const Twin& twin, Transport seen, Transport& transport) {
   }
   transport.rays += seen.rays;
   transport.repeated_dispatches += seen.repeated_dispatches;
-  if (!transport.estimate || !seen.estimate) return;
+  if (!seen.estimate) transport.estimate.reset();
+  if (!transport.estimate) return;
   const double share = size_of_waves(twin) / kAmplitude;
   transport.estimate->phase_rad += share * seen.estimate->phase_rad;
   transport.estimate->gray += share * seen.estimate->gray;
