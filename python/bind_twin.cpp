@@ -5,6 +5,7 @@
 
 #include "cli/version.hpp"
 #include "cosim/load.hpp"
+#include "cosim/shape/measured_shapes.hpp"
 #include "python/long_call.hpp"
 #include "python/types.hpp"
 
