@@ -18,7 +18,7 @@ constexpr double kDarkest = 0.01;  ///< factor on all reflectivities
 /// Returns whether light below surfaces can be rendered.
 bool can_have_subsurface(const Twin& twin) {
   const Projector& p = *twin.projector;
-  return !p.pixel_structure && !p.optics && twin.fringes.images.empty();
+  return !p.pixel_structure && !p.optics && twin.fringes.images.empty() && !twin.fringes.has_raster();
 }
 
 class SurfaceParameters : private GroupList {

@@ -3,6 +3,7 @@
 // all of them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "compare/parameters/closed_columns.hpp"
@@ -53,7 +54,7 @@ void add_wave(const WavePart& of, const EffectInput& in, std::vector<float>& irr
     if (spec.kind != PatternSpec::Kind::phase_step ||
         static_cast<std::size_t>(spec.direction) != of.direction)
       continue;
-    const render::WaveTerm term = render::waves_of_image(unit, spec, image).at(of.wave);
+    const render::WaveTerm term = render::waves_of_image(unit, spec, image).front();
     const double times = (in.to - in.from) * factor_of(in.fitted.projector->light_factors, image) *
                          factor_of(in.fitted.cameras[s.camera].exposure_factors, image);
     const std::vector<float>& sums = s.waves->at(place_of(unit.fringes, spec, of.wave));
@@ -68,7 +69,11 @@ void add_wave(const WavePart& of, const EffectInput& in, std::vector<float>& irr
 
 std::vector<Parameter> raster_parameters(const Twin& twin) {
   std::vector<Parameter> all;
-  if (!twin.projector || twin.projector->pixel_structure || twin.fringes.steps == 0) return all;
+  if (!twin.projector || twin.projector->pixel_structure || twin.has_subsurface() || twin.fringes.steps == 0)
+    return all;
+  // what a neighbour's pattern brings is rendered
+  const bool is_mixed =
+      std::ranges::any_of(twin.cameras, [](const Camera& camera) { return camera.timing.has_value(); });
   for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
     const DirectionFringes& direction = twin.fringes.directions[d];
     const Raster& raster = direction.raster;
@@ -86,9 +91,10 @@ std::vector<Parameter> raster_parameters(const Twin& twin) {
                                        .change = [d, i, part](Twin& t, double d_part) {
                                          t.fringes.directions[d].raster.waves[i].*part += d_part;
                                        }});
-        p.effect = [of = WavePart{d, i, part}](const EffectInput& in, std::vector<float>& irradiance) {
-          add_wave(of, in, irradiance);
-        };
+        if (!is_mixed)
+          p.effect = [of = WavePart{d, i, part}](const EffectInput& in, std::vector<float>& irradiance) {
+            add_wave(of, in, irradiance);
+          };
         p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
       }
     if (!raster.has_any()) continue;  // nothing tells the raster's pitch

@@ -18,6 +18,8 @@ using Complex = std::complex<double>;
 
 /// Each is some percent of the one before, as what is taken out is.
 constexpr int kPasses = 4;
+/// Of a fringe that blur leaves nothing of.
+constexpr double kLeastLeft = 1e-6;
 
 /// A wave a cos t + b sin t over the fringe's amplitude, as conj(a + ib) e^it.
 Complex wave_of(const Harmonic& h, double per_amplitude) {
@@ -34,16 +36,55 @@ struct Step {
   std::vector<Complex> raster = {};  ///< of each wave of the raster: how it is turned in this image
 };
 
+/// Geometric means of the factors over all phase steps: what is in proportion stays as it is, so that images
+/// of a code keep their place beside them.
+struct MeanFactors {
+  double light = 1.0, exposure = 1.0;
+};
+MeanFactors mean_factors(const Twin& twin, const Camera& camera) {
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  double light = 0.0, exposure = 0.0, n = 0.0;
+  for (std::size_t k = 0; k < sequence.size(); ++k) {
+    if (sequence[k].kind != PatternSpec::Kind::phase_step) continue;
+    light += std::log(factor_of(twin.projector->light_factors, k));
+    exposure += std::log(factor_of(camera.exposure_factors, k));
+    n += 1.0;
+  }
+  return {std::exp(light / n), std::exp(exposure / n)};
+}
+
+/// Lifts clipped values, and where they begin, so far that no value does as they do when its light is taken
+/// to the mean. Returns where they begin.
+double lift_clipped(CameraImages& images, const Twin& twin, const Camera& camera, const MeanFactors& means) {
+  constexpr double kMargin = 2.0;  // for what is taken out besides
+  const double saturation_dn = images.saturation_dn();
+  if (images.radiance) return saturation_dn;
+  double darkest = 1.0;
+  for (std::size_t k = 0; k < images.images.size(); ++k)
+    darkest = std::min(darkest, factor_of(camera.exposure_factors, k) / means.exposure *
+                                    std::min(1.0, factor_of(twin.projector->light_factors, k) / means.light));
+  const auto top = static_cast<float>(camera.sensor.black_level_dn +
+                                      kMargin * (saturation_dn - camera.sensor.black_level_dn) / darkest);
+  for (ImageF& image : images.images)
+    for (float& v : image.data)
+      if (static_cast<double>(v) >= saturation_dn) v = top;
+  images.clip = Clip{static_cast<double>(top), images.clip ? images.clip->n : 0};
+  return static_cast<double>(top);
+}
+
 /// Takes it out of the steps of one pitch.
 class KnownPitch {
  public:
-  KnownPitch(const Twin& twin, std::size_t direction, std::size_t pitch, const std::vector<int>& steps)
+  KnownPitch(const Twin& twin, const Camera& camera, std::size_t direction, std::size_t pitch,
+             const std::vector<int>& steps)
       : twin_(twin),
+        psf_px_(camera.psf_px),
         fringes_(twin.fringes.directions[direction]),
         pitch_px_(fringes_.pitches_px[pitch]),
         origin_px_(fringes_.phase_origin_px[pitch]),
         per_amplitude_(1.0 / twin.fringes.amplitude),
-        mean_(twin.fringes.mean * per_amplitude_ / fringes_.contrast_of(pitch) / left_of_wave(1.0, false)),
+        mean_(twin.fringes.mean * per_amplitude_ / fringes_.contrast_of(pitch) /
+              std::max(left_of_wave(1.0, false), kLeastLeft)),
         solver_(steps, twin.fringes.steps) {
     for (std::size_t i = 0; i < fringes_.harmonics_of(pitch).size(); ++i)
       of_pitch_.push_back(wave(fringes_.harmonics_of(pitch)[i], static_cast<double>(i) + 2.0));
@@ -62,26 +103,27 @@ class KnownPitch {
     }
   }
 
-  void add_image(ImageF* image, const Camera& camera, int step, std::size_t at) {
+  void add_image(ImageF* image, const Camera& camera, const MeanFactors& means, int step, std::size_t at) {
     const double phase_rad = kTwoPi * step / twin_.fringes.steps,
                  moved_turns = twin_.projector->image_shift_px(at) / pitch_px_;
     Step s{.image = image,
            .step = std::polar(1.0, phase_rad),
            .turn = std::polar(1.0, phase_rad - kTwoPi * moved_turns),
-           .light = factor_of(twin_.projector->light_factors, at),
-           .exposure = factor_of(camera.exposure_factors, at)};
+           .light = factor_of(twin_.projector->light_factors, at) / means.light,
+           .exposure = factor_of(camera.exposure_factors, at) / means.exposure};
     const Harmonics& own = twin_.fringes.harmonics_of_image(at);
     for (std::size_t i = 0; i < own.size(); ++i) s.own.push_back(wave(own[i], static_cast<double>(i) + 1.0));
     for (const RasterWave& w : waves_)
-      s.raster.push_back(std::polar(1.0, w.order * phase_rad - kTwoPi * w.turns * moved_turns));
+      s.raster.push_back(std::polar(1.0, w.order * (phase_rad - kTwoPi * moved_turns)));
     images_.push_back(std::move(s));
   }
 
   void run(const std::vector<Eigen::Vector2f>& places_px, double black_dn, double clipped_dn) const {
+    const int width = images_.front().image->width, height = images_.front().image->height;
 #pragma omp parallel for schedule(static)
-    for (std::ptrdiff_t i = 0; i < std::ssize(places_px); ++i)
-      if (const Eigen::Vector2f& at = places_px[static_cast<std::size_t>(i)]; at.allFinite())
-        run_pixel(static_cast<std::size_t>(i), at.cast<double>(), black_dn, clipped_dn);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        run_pixel(seen_at(places_px, x, y, width, height), black_dn, clipped_dn);
   }
 
  private:
@@ -89,13 +131,51 @@ class KnownPitch {
     int order;
     double taken, turns;  ///< Raster::turns_taken(); turns per fringe
   };
+  /// A pixel: the place that lights it, NaN where it is not known, and how it goes on along the fringes' axis
+  /// from pixel to pixel.
+  struct Seen {
+    std::size_t pixel;
+    Eigen::Vector2d place_px;
+    double along_px, per_column_px, per_row_px;
+    bool is_known() const { return std::isfinite(along_px + per_column_px + per_row_px); }
+  };
+
+  Seen seen_at(const std::vector<Eigen::Vector2f>& places_px, int x, int y, int width, int height) const {
+    const int axis = fringes_.axis == Axis::x ? 0 : 1;
+    const auto place = [&](int i, int j) -> const Eigen::Vector2f& {
+      return places_px[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
+                       static_cast<std::size_t>(i)];
+    };
+    const int left = std::max(x - 1, 0), right = std::min(x + 1, width - 1), up = std::max(y - 1, 0),
+              down = std::min(y + 1, height - 1);
+    const auto per = [&](const Eigen::Vector2f& from, const Eigen::Vector2f& to, int n) {
+      return static_cast<double>(to[axis] - from[axis]) / std::max(n, 1);
+    };
+    const Eigen::Vector2d here = place(x, y).cast<double>();
+    return {static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x), here,
+            here[axis], per(place(left, y), place(right, y), right - left),
+            per(place(x, up), place(x, down), down - up)};
+  }
 
   /// Returns what blur and halo leave of a wave of so many turns per fringe; of that of the fringe itself.
   double left_of_wave(double turns, bool of_fringe = true) const {
     const Projector& p = *twin_.projector;
     const double per_px = turns / pitch_px_, u = 0.5 * kTwoPi * p.blur_px * per_px;
     const double left = std::exp(-2.0 * u * u) * (p.has_halo() ? p.halo_attenuation(per_px) : 1.0);
-    return of_fringe ? left / left_of_wave(1.0, false) : left;
+    return of_fringe ? left / std::max(left_of_wave(1.0, false), kLeastLeft) : left;
+  }
+  /// Returns what the pixel's square and the camera's blur leave of a wave, of what they leave of the fringe.
+  double seen_of_wave(double turns, const Seen& seen) const {
+    const auto left = [&](double per_px) {
+      const auto mean = [](double cycles) {
+        const double angle = 0.5 * kTwoPi * cycles;
+        return std::abs(angle) < 1e-4 ? 1.0 : std::sin(angle) / angle;
+      };
+      const double along = per_px * seen.per_column_px, down = per_px * seen.per_row_px,
+                   blur = kTwoPi * psf_px_;
+      return mean(along) * mean(down) * std::exp(-0.5 * blur * blur * (along * along + down * down));
+    };
+    return left(turns / pitch_px_) / std::max(left(1.0 / pitch_px_), kLeastLeft);
   }
   Complex wave(const Harmonic& h, double turns) const {
     return wave_of(h, per_amplitude_ * left_of_wave(turns));
@@ -104,7 +184,7 @@ class KnownPitch {
   /// Returns the waves of the orders 2, 3 ... at a place.
   std::vector<Complex> harmonics_at(const Eigen::Vector2d& place_px) const {
     std::vector<Complex> here = of_pitch_;
-    if (of_term_.empty()) return here;
+    if (of_term_.empty() || !place_px.allFinite()) return here;
     const auto terms = twin_.projector->field_terms(place_px);
     for (std::size_t t = 0; t < of_term_.size(); ++t) {
       if (here.size() < of_term_[t].size()) here.resize(of_term_[t].size());
@@ -114,19 +194,22 @@ class KnownPitch {
   }
 
   /// Returns the waves of the raster where the fringe has the phase e^it in the first step.
-  void raster_at(Complex first, double along_px, std::vector<Complex>& out) const {
+  void raster_at(Complex first, const Seen& seen, std::vector<Complex>& out) const {
+    if (!seen.is_known()) return;
+    const double along_px = seen.along_px;
     const double turns = std::arg(first) / kTwoPi, fringe = (along_px - origin_px_) / pitch_px_,
                  x_px = origin_px_ + pitch_px_ * (turns + std::round(fringe - turns)),
                  middle_px = middle_of_raster_px(fringes_.axis == Axis::x ? twin_.projector->lens.width()
                                                                           : twin_.projector->lens.height());
     for (std::size_t i = 0; i < waves_.size(); ++i)
-      out[i] = raster_[i] *
-               std::polar(1.0, kTwoPi * (waves_[i].order * (x_px - origin_px_) / pitch_px_ -
-                                         waves_[i].taken * (x_px - middle_px) / fringes_.raster.pitch_px));
+      out[i] =
+          raster_[i] * std::polar(seen_of_wave(waves_[i].turns, seen),
+                                  kTwoPi * (waves_[i].order * (x_px - origin_px_) / pitch_px_ -
+                                            waves_[i].taken * (x_px - middle_px) / fringes_.raster.pitch_px));
   }
 
-  void run_pixel(std::size_t pixel, const Eigen::Vector2d& place_px, double black_dn,
-                 double clipped_dn) const {
+  void run_pixel(const Seen& seen, double black_dn, double clipped_dn) const {
+    const std::size_t pixel = seen.pixel;
     const std::size_t n = images_.size();
     std::vector<double> value(n), added(n, 0.0);
     for (std::size_t i = 0; i < n; ++i) {
@@ -134,9 +217,11 @@ class KnownPitch {
       if (!(dn < clipped_dn)) return;
       value[i] = (dn - black_dn) / images_[i].exposure;
     }
-    const std::vector<Complex> of_all = harmonics_at(place_px);
+    const std::vector<Complex> of_all = harmonics_at(seen.place_px);
     std::vector<Complex> raster(waves_.size());
-    const double along_px = fringes_.axis == Axis::x ? place_px.x() : place_px.y();
+    std::vector<double> left(kHighestHarmonic, 1.0);
+    for (std::size_t k = 1; seen.is_known() && k < left.size(); ++k)
+      left[k] = seen_of_wave(static_cast<double>(k) + 1.0, seen);
     for (int pass = 0; pass < kPasses; ++pass) {
       double c = 0.0, s = 0.0;
       for (std::size_t i = 0; i < n; ++i) {
@@ -146,30 +231,32 @@ class KnownPitch {
       const double amplitude = std::hypot(c, s);
       if (!(amplitude > 0.0)) return;
       const Complex first = Complex(c, s) / amplitude;
-      raster_at(first, along_px, raster);
+      raster_at(first, seen, raster);
       for (std::size_t i = 0; i < n; ++i)
-        added[i] = amplitude * more_than_plain(images_[i], first, of_all, raster);
+        added[i] = amplitude * more_than_plain(images_[i], first, of_all, left, raster);
     }
     for (std::size_t i = 0; i < n; ++i)
       images_[i].image->data[pixel] = static_cast<float>(black_dn + value[i] - added[i]);
   }
 
-  /// Returns what a step has besides its cosine and the mean, over the amplitude.
+  /// Returns what a step has besides its cosine and the mean, over the amplitude. `left`: seen_of_wave() of
+  /// the orders 1, 2 ...
   double more_than_plain(const Step& step, Complex first, const std::vector<Complex>& of_all,
-                         const std::vector<Complex>& raster) const {
+                         const std::vector<double>& left, const std::vector<Complex>& raster) const {
     const Complex there = first * step.turn;
     double fringe = there.real();
     Complex power = there;
     const std::size_t n = std::max(of_all.size() + 1, step.own.size());
     for (std::size_t k = 0; k < n; ++k, power *= there) {  // of order k + 1
-      if (k > 0 && k <= of_all.size()) fringe += (of_all[k - 1] * power).real();
-      if (k < step.own.size()) fringe += (step.own[k] * power).real();
+      if (k > 0 && k <= of_all.size()) fringe += left[k] * (of_all[k - 1] * power).real();
+      if (k < step.own.size()) fringe += left[k] * (step.own[k] * power).real();
     }
     for (std::size_t i = 0; i < raster.size(); ++i) fringe += (raster[i] * step.raster[i]).real();
     return step.light * fringe - (first * step.step).real() + (step.light - 1.0) * mean_;
   }
 
   const Twin& twin_;
+  double psf_px_;  ///< of the camera
   const DirectionFringes& fringes_;
   double pitch_px_, origin_px_, per_amplitude_;
   double mean_;  ///< of the projector's light, over the amplitude
@@ -186,7 +273,9 @@ class KnownPitch {
 bool knows_light(const Twin& twin, const Camera& camera) {
   if (!twin.projector || twin.fringes.steps == 0) return false;
   const Projector& p = *twin.projector;
-  return p.response.kind == ProjectorResponse::Kind::linear && !p.pixel_structure &&
+  const bool is_plain = !p.optics && !p.has_blur_field() && p.ambient_factors.empty() &&
+                        !twin.has_subsurface() && !camera.timing && camera.sensor.straight();
+  return is_plain && p.response.kind == ProjectorResponse::Kind::linear && !p.pixel_structure &&
          twin.fringes.waveform.kind == Waveform::Kind::sine &&
          (twin.fringes.has_harmonics() || twin.fringes.has_raster() || p.has_image_shifts() ||
           !p.light_factors.empty() || !camera.exposure_factors.empty());
@@ -195,6 +284,8 @@ bool knows_light(const Twin& twin, const Camera& camera) {
 CameraImages without_known_light(CameraImages images, const Twin& twin, const Camera& camera,
                                  const std::vector<Eigen::Vector2f>& places_px, std::vector<int> steps) {
   FT_CHECK(places_px.size() == images.images.at(0).size(), "a place of each pixel");
+  const MeanFactors means = mean_factors(twin, camera);
+  const double clipped_dn = lift_clipped(images, twin, camera, means);
   if (steps.empty()) steps = measure::all_steps(twin.fringes.steps);
   const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
   std::map<std::pair<int, int>, KnownPitch> pitches;
@@ -202,13 +293,12 @@ CameraImages without_known_light(CameraImages images, const Twin& twin, const Ca
     for (std::size_t k = 0; k < sequence.size(); ++k) {
       const PatternSpec& spec = sequence[k];
       if (spec.kind != PatternSpec::Kind::phase_step || spec.step != step) continue;
-      const auto [at, is_new] = pitches.try_emplace(std::pair{spec.direction, spec.pitch}, twin,
+      const auto [at, is_new] = pitches.try_emplace(std::pair{spec.direction, spec.pitch}, twin, camera,
                                                     static_cast<std::size_t>(spec.direction),
                                                     static_cast<std::size_t>(spec.pitch), steps);
-      at->second.add_image(&images.images.at(k), camera, step, k);
+      at->second.add_image(&images.images.at(k), camera, means, step, k);
     }
-  for (const auto& [of, pitch] : pitches)
-    pitch.run(places_px, camera.sensor.black_level_dn, images.saturation_dn());
+  for (const auto& [of, pitch] : pitches) pitch.run(places_px, camera.sensor.black_level_dn, clipped_dn);
   return images;
 }
 

@@ -11,13 +11,15 @@
 namespace fringetwin::cosim {
 
 /// Returns whether the twin knows of anything: harmonics, also of places and single images, waves of the
-/// raster, shifts or light of single images, exposures; of sinusoidal fringes behind a linear response.
+/// raster, shifts or light of single images, exposures; of sinusoidal fringes behind linear responses, whose
+/// blur is the same everywhere, under a steady light of the room, each image of one pattern.
 bool knows_light(const Twin& twin, const Camera& camera);
 
 /// Returns the images of a camera without that. `places_px`: of each pixel the place in the projector's image
-/// that lights it, NaN where it is not known; those pixels stay as they are, as those with a clipped value
-/// do. Of every pixel its own fringe is fitted to `steps` alone, all where it is empty, and only these are
-/// changed; the noise stays. It must be good enough to tell the fringe's order.
+/// that lights it, good enough to tell the fringe's order; where it is NaN waves of the raster and what
+/// harmonics have more there stay. Of every pixel its own fringe is fitted to `steps` alone, all where it is
+/// empty, and only these are changed; the noise stays. Pixels with a clipped value are left alone; clipped
+/// values go up with Clip::dn, so that no other value seems to be one.
 CameraImages without_known_light(CameraImages images, const Twin& twin, const Camera& camera,
                                  const std::vector<Eigen::Vector2f>& places_px, std::vector<int> steps = {});
 

@@ -38,6 +38,16 @@ double size_of_waves(const Twin& twin) {
   return most;
 }
 
+// Returns the same, over the first harmonic of the fringes of least contrast.
+double share_of_waves(const Twin& twin) {
+  double least = 1.0;
+  for (const DirectionFringes& d : twin.fringes.directions)
+    for (const double contrast : d.contrast) least = std::min(least, contrast);
+  return size_of_waves(twin) / (twin.fringes.amplitude * least);
+}
+
+bool is_there(const Harmonic& wave) { return wave != Harmonic{}; }
+
 }  // namespace
 
 Twin showing_waves(const Twin& twin) {
@@ -60,6 +70,7 @@ Twin showing_waves(const Twin& twin) {
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
       DirectionFringes waves{d.axis, {}, {}, {}};
       for (std::size_t k = 0; k < d.raster.waves.size(); ++k) {
+        if (!is_there(d.raster.waves[k])) continue;
         waves.pitches_px.push_back(d.pitches_px[p] /
                                    std::max(std::abs(phase_of_wave(twin, d, p, k).turns), kLeastTurns));
         waves.phase_origin_px.push_back(d.phase_origin_px[p]);
@@ -73,9 +84,8 @@ Twin showing_waves(const Twin& twin) {
 Sampling sampling_of_waves(const Twin& twin, const Sampling& sampling) {
   constexpr double kMostPhaseError = 0.1, kMostGrayError = 0.02;
   Sampling out = sampling;
-  const double share = size_of_waves(twin) / kAmplitude;
-  out.phase_error_rad = std::min(sampling.phase_error_rad / share, kMostPhaseError);
-  out.gray_error = std::min(sampling.gray_error / share, kMostGrayError);
+  out.phase_error_rad = std::min(sampling.phase_error_rad / share_of_waves(twin), kMostPhaseError);
+  out.gray_error = std::min(sampling.gray_error * kAmplitude / size_of_waves(twin), kMostGrayError);
   return out;
 }
 
@@ -87,8 +97,12 @@ void take_waves(const Twin& twin, Transport seen, Transport& transport) {
     if (!direction.raster.has_any()) continue;
     for (std::size_t p = 0; p < direction.pitches_px.size(); ++p, ++next) {
       std::vector<Transport::Pair>& pairs = transport.waves[d].emplace_back();
-      for (std::size_t k = 0; k < direction.raster.waves.size(); ++k)
-        pairs.push_back({std::move(seen.cosine[next][k]), std::move(seen.sine[next][k])});
+      pairs.resize(direction.raster.waves.size());
+      for (std::size_t k = 0, traced = 0; k < pairs.size(); ++k)
+        if (is_there(direction.raster.waves[k])) {
+          pairs[k] = {std::move(seen.cosine[next][traced]), std::move(seen.sine[next][traced])};
+          ++traced;
+        }
     }
   }
   transport.rays += seen.rays;
@@ -96,13 +110,14 @@ void take_waves(const Twin& twin, Transport seen, Transport& transport) {
   if (!seen.estimate) transport.estimate.reset();
   if (!transport.estimate) return;
   const double share = size_of_waves(twin) / kAmplitude;
-  transport.estimate->phase_rad += share * seen.estimate->phase_rad;
+  // a wave that pixels leave nothing of has no phase, and its error is no larger than itself
+  transport.estimate->phase_rad += share_of_waves(twin) * std::min(1.0, seen.estimate->phase_rad);
   transport.estimate->gray += share * seen.estimate->gray;
   transport.estimate->gray_inside += share * seen.estimate->gray_inside;
 }
 
-// The wave of order h of an image that lies s further is a cos t + b sin t, t = 2 pi (turns (x - s -
-// origin)/p + h n/N) + ahead; the sums are of cos and sin of 2 pi |turns| (x - origin)/p.
+// The wave of order h of an image whose fringes lie s further, not its pixels, is a cos t + b sin t, t = 2 pi
+// (turns (x - origin)/p + h (n/N - s/p)) + ahead; the sums are of cos and sin of 2 pi |turns| (x - origin)/p.
 std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, std::size_t image) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
   const auto p = static_cast<std::size_t>(spec.pitch);
@@ -110,10 +125,11 @@ std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, 
   if (!d.raster.has_any()) return terms;
   for (std::size_t i = 0; i < d.raster.waves.size(); ++i) {
     const Harmonic& wave = d.raster.waves[i];
+    if (!is_there(wave)) continue;
     const auto [order, turns, ahead] = phase_of_wave(twin, d, p, i);
     const double per_px = turns / d.pitches_px[p];
     const double angle = ahead + kTwoPi * (order * static_cast<double>(spec.step) / twin.fringes.steps -
-                                           per_px * twin.projector->image_shift_px(image));
+                                           order * twin.projector->image_shift_px(image) / d.pitches_px[p]);
     const double c = std::cos(angle), s = std::sin(angle);
     double left = d.contrast_of(p) * d.raster.left_by_pixels(per_px);
     if (twin.projector->has_halo()) left *= twin.projector->halo_attenuation(std::abs(per_px));

@@ -11,8 +11,8 @@
 
 namespace fringetwin::render {
 
-/// Returns a twin whose fringes are the waves: a direction with a pitch per wave for each pitch of each of
-/// the twin's directions that have any, in their order.
+/// Returns a twin whose fringes are the waves: a direction with a pitch per wave that is there for each pitch
+/// of each of the twin's directions that have any, in their order.
 Twin showing_waves(const Twin& twin);
 
 /// Returns the targets of that trace: an error of a wave counts as much as the wave.

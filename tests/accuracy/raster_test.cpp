@@ -66,6 +66,11 @@ TEST(Raster, AgreesWithTheReference) {
   twin.projector->halo = {{.share = 0.2, .sigma_px = 0.5}};
   expect_agreement(twin, "waves, contrast, halo", 50, 7);
   twin = corner;
+  twin.fringes.directions[0].pitches_px = {16.0, 13.0,
+                                           14.0};  // of 16 the first order is half a turn per pixel
+  twin.fringes.directions[0].raster.pitch_px = 1.0;
+  expect_agreement(twin, "waves, half a turn per pixel", 50, 7);
+  twin = corner;
   twin.projector->response = {ProjectorResponse::Kind::gamma, 2.2, {}};
   expect_agreement(twin, "waves, gamma", 50, 7);
   twin = corner;
@@ -152,6 +157,41 @@ TEST(Raster, IsWhatPixelsOfOneLevelMake) {
           (kOrder * ((x - kOriginPx) / kPitchPx + step * 1.0 / kSteps) - (x - kMiddlePx) / kRasterPx);
       EXPECT_NEAR(light, left(per_px) * std::cos(t), faster);
     }
+}
+
+// Of two directions one has waves, seen over other surfaces, by objects that move and exposures that are
+// late: what the images have more is what those of the other twin have more whose waves are twice as large,
+// halved.
+TEST(Raster, IsInProportionWhereLightTakesOtherWays) {
+  REQUIRE_RENDERER();
+  Twin twin = window_on_a_corner(0.8, 80, 60);
+  twin.fringes.steps = 3;
+  twin.fringes.directions.push_back(twin.fringes.directions[0]);
+  twin.fringes.directions[1].axis = Axis::y;
+  twin.render.bounces = 1;
+  for (const bool moves : {false, true}) {
+    if (moves) {
+      twin.render.bounces = 0;
+      twin.objects[0].motion = {0.3, 0.0, 0.2};
+      twin.cameras[0].timing = ExposureTiming{.late = {0.1}};
+    }
+    Twin one = twin, two = twin;
+    one.fringes.directions[1].raster = {1.0037, 8, {{0.012, -0.005}, {0.0, 0.0}, {-0.004, 0.02}}};
+    two.fringes.directions[1].raster = {1.0037, 8, {{0.024, -0.01}, {0.0, 0.0}, {-0.008, 0.04}}};
+    const auto none = render_fixed(twin), once = render_fixed(one), twice = render_fixed(two);
+    double most = 0.0;
+    for (std::size_t i = 0; i < none.irradiance.size(); ++i)
+      for (std::size_t k = 0; k < none.irradiance[i].size(); ++k) {
+        const double more = once.irradiance[i].data[k] - none.irradiance[i].data[k];
+        ASSERT_NEAR(twice.irradiance[i].data[k] - none.irradiance[i].data[k], 2.0 * more, 4e-6 * 60.0)
+            << moves;
+        if (i < 9) {
+          ASSERT_EQ(more, 0.0) << "the other direction";
+        }
+        most = std::max(most, std::abs(more));
+      }
+    EXPECT_GT(most, 0.1);
+  }
 }
 
 TEST(Raster, IsRefusedWhereItHasNoTreatment) {
