@@ -135,7 +135,6 @@ TEST(KnownLight, IsTakenOutOfTheStepsThatAreAskedFor) {
   for (std::size_t i = 0; i < found.images.size(); ++i)
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
-        const std::size_t pixel = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
         // the slopes of places that are made to be off are told between every second pixel
         if (x == 0 || x == kWidth - 1 || (x >= 6 && x <= 8 && y <= 1)) continue;
         const bool kept = i % 2 == 1 || (x == 12 && y == 3 && i < kSteps);
