@@ -16,8 +16,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Each is some percent of the one before, as what is taken out is.
-constexpr int kPasses = 4;
+/// Each is a tenth or so of the one before: what is taken out times its order, which its phase errs by.
+constexpr int kPasses = 6;
 /// Of a fringe that blur leaves nothing of.
 constexpr double kLeastLeft = 1e-6;
 

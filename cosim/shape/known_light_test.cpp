@@ -4,8 +4,8 @@
 //
 // | check               | tolerance | origin                                                              |
 // |---------------------|-----------|---------------------------------------------------------------------|
-// | gray values         | 0.02 DN   | places that are off by 8 of 640 px move fields of 1 DN by 0.0125 of |
-// |                     |           | that; four passes leave 60 DN times 3 % four times, 5e-5            |
+// | gray values         | 0.02 DN   | places that are off by 5 of 360 px move fields of 1.3 DN by 0.014   |
+// |                     |           | of that; six passes leave 5 DN times a tenth six times, 5e-6        |
 // | before              | > 1 DN    | planted                                                             |
 #include "cosim/shape/known_light.hpp"
 

@@ -185,7 +185,7 @@ TEST(Raster, IsInProportionWhereLightTakesOtherWays) {
         const double more = once.irradiance[i].data[k] - none.irradiance[i].data[k];
         ASSERT_NEAR(twice.irradiance[i].data[k] - none.irradiance[i].data[k], 2.0 * more, 4e-6 * 60.0)
             << moves;
-        if (i < 9) {
+        if (i < 8) {  // a late exposure of the ninth sees the tenth
           ASSERT_EQ(more, 0.0) << "the other direction";
         }
         most = std::max(most, std::abs(more));
