@@ -178,7 +178,10 @@ TEST(Raster, IsInProportionWhereLightTakesOtherWays) {
     Twin one = twin, two = twin;
     one.fringes.directions[1].raster = {1.0037, 8, {{0.012, -0.005}, {0.0, 0.0}, {-0.004, 0.02}}};
     two.fringes.directions[1].raster = {1.0037, 8, {{0.024, -0.01}, {0.0, 0.0}, {-0.008, 0.04}}};
-    const auto none = render_fixed(twin), once = render_fixed(one), twice = render_fixed(two);
+    const render::Sampling points{Sampler::gauss, 16};
+    const auto none = shared_renderer()->render(twin, 0, points),
+               once = shared_renderer()->render(one, 0, points),
+               twice = shared_renderer()->render(two, 0, points);
     double most = 0.0;
     for (std::size_t i = 0; i < none.irradiance.size(); ++i)
       for (std::size_t k = 0; k < none.irradiance[i].size(); ++k) {
