@@ -46,10 +46,12 @@ Twin knowing_twin() {
   }
   twin.fringes.image_harmonics.assign(2 * kSteps, {});
   twin.fringes.image_harmonics[4] = {{-0.004, 0.002}, {0.003, 0.0}, {0.0, 0.002}};
+  const double flicker[] = {1.01, 0.98}, exposure[] = {1.02, 0.97};  // and as much less: a mean of 1
   for (int i = 0; i < 2 * kSteps; ++i) {
     twin.projector->image_shifts_px.push_back(0.05 * std::sin(i));
-    twin.projector->light_factors.push_back(1.0 + 0.01 * std::cos(1.3 * i));
-    twin.cameras[0].exposure_factors.push_back(1.0 + 0.02 * std::sin(2.0 + i));
+    twin.projector->light_factors.push_back(i % 3 == 2 ? 1.0 / (flicker[0] * flicker[1]) : flicker[i % 3]);
+    twin.cameras[0].exposure_factors.push_back(i / 4 % 3 == 2 ? 1.0 / (exposure[0] * exposure[1])
+                                                              : exposure[i / 4 % 3]);
   }
   return twin;
 }
