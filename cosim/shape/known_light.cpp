@@ -164,18 +164,16 @@ class KnownPitch {
     const double left = std::exp(-2.0 * u * u) * (p.has_halo() ? p.halo_attenuation(per_px) : 1.0);
     return of_fringe ? left / std::max(left_of_wave(1.0, false), kLeastLeft) : left;
   }
-  /// Returns what the pixel's square and the camera's blur leave of a wave, of what they leave of the fringe.
-  double seen_of_wave(double turns, const Seen& seen) const {
-    const auto left = [&](double per_px) {
-      const auto mean = [](double cycles) {
-        const double angle = 0.5 * kTwoPi * cycles;
-        return std::abs(angle) < 1e-4 ? 1.0 : std::sin(angle) / angle;
-      };
-      const double along = per_px * seen.per_column_px, down = per_px * seen.per_row_px,
-                   blur = kTwoPi * psf_px_;
-      return mean(along) * mean(down) * std::exp(-0.5 * blur * blur * (along * along + down * down));
+  /// Returns what the pixel's square and the camera's blur leave of a wave of so many turns per fringe.
+  double seen_of(double turns, const Seen& seen) const {
+    if (!seen.is_known()) return 1.0;
+    const auto mean = [](double cycles) {
+      const double angle = 0.5 * kTwoPi * cycles;
+      return std::abs(angle) < 1e-4 ? 1.0 : std::sin(angle) / angle;
     };
-    return left(turns / pitch_px_) / std::max(left(1.0 / pitch_px_), kLeastLeft);
+    const double along = turns / pitch_px_ * seen.per_column_px, down = turns / pitch_px_ * seen.per_row_px,
+                 blur = kTwoPi * psf_px_;
+    return mean(along) * mean(down) * std::exp(-0.5 * blur * blur * (along * along + down * down));
   }
   Complex wave(const Harmonic& h, double turns) const {
     return wave_of(h, per_amplitude_ * left_of_wave(turns));
@@ -194,7 +192,7 @@ class KnownPitch {
   }
 
   /// Returns the waves of the raster where the fringe has the phase e^it in the first step.
-  void raster_at(Complex first, const Seen& seen, std::vector<Complex>& out) const {
+  void raster_at(Complex first, const Seen& seen, double of_fringe, std::vector<Complex>& out) const {
     if (!seen.is_known()) return;
     const double along_px = seen.along_px;
     const double turns = std::arg(first) / kTwoPi, fringe = (along_px - origin_px_) / pitch_px_,
@@ -203,7 +201,7 @@ class KnownPitch {
                                                                           : twin_.projector->lens.height());
     for (std::size_t i = 0; i < waves_.size(); ++i)
       out[i] =
-          raster_[i] * std::polar(seen_of_wave(waves_[i].turns, seen),
+          raster_[i] * std::polar(seen_of(waves_[i].turns, seen) / of_fringe,
                                   kTwoPi * (waves_[i].order * (x_px - origin_px_) / pitch_px_ -
                                             waves_[i].taken * (x_px - middle_px) / fringes_.raster.pitch_px));
   }
@@ -220,8 +218,9 @@ class KnownPitch {
     const std::vector<Complex> of_all = harmonics_at(seen.place_px);
     std::vector<Complex> raster(waves_.size());
     std::vector<double> left(kHighestHarmonic, 1.0);
-    for (std::size_t k = 1; seen.is_known() && k < left.size(); ++k)
-      left[k] = seen_of_wave(static_cast<double>(k) + 1.0, seen);
+    const double of_fringe = std::max(seen_of(1.0, seen), kLeastLeft);
+    for (std::size_t k = 1; k < left.size(); ++k)
+      left[k] = seen_of(static_cast<double>(k) + 1.0, seen) / of_fringe;
     for (int pass = 0; pass < kPasses; ++pass) {
       double c = 0.0, s = 0.0;
       for (std::size_t i = 0; i < n; ++i) {
@@ -231,18 +230,19 @@ class KnownPitch {
       const double amplitude = std::hypot(c, s);
       if (!(amplitude > 0.0)) return;
       const Complex first = Complex(c, s) / amplitude;
-      raster_at(first, seen, raster);
+      raster_at(first, seen, of_fringe, raster);
       for (std::size_t i = 0; i < n; ++i)
-        added[i] = amplitude * more_than_plain(images_[i], first, of_all, left, raster);
+        added[i] = amplitude * more_than_plain(images_[i], first, of_all, left, mean_ / of_fringe, raster);
     }
     for (std::size_t i = 0; i < n; ++i)
       images_[i].image->data[pixel] = static_cast<float>(black_dn + value[i] - added[i]);
   }
 
-  /// Returns what a step has besides its cosine and the mean, over the amplitude. `left`: seen_of_wave() of
+  /// Returns what a step has besides its cosine and the mean, over the amplitude. `left`: seen_of() of
   /// the orders 1, 2 ...
   double more_than_plain(const Step& step, Complex first, const std::vector<Complex>& of_all,
-                         const std::vector<double>& left, const std::vector<Complex>& raster) const {
+                         const std::vector<double>& left, double mean,
+                         const std::vector<Complex>& raster) const {
     const Complex there = first * step.turn;
     double fringe = there.real();
     Complex power = there;
@@ -252,7 +252,7 @@ class KnownPitch {
       if (k < step.own.size()) fringe += left[k] * (step.own[k] * power).real();
     }
     for (std::size_t i = 0; i < raster.size(); ++i) fringe += (raster[i] * step.raster[i]).real();
-    return step.light * fringe - (first * step.step).real() + (step.light - 1.0) * mean_;
+    return step.light * fringe - (first * step.step).real() + (step.light - 1.0) * mean;
   }
 
   const Twin& twin_;

@@ -168,13 +168,11 @@ TEST(Raster, IsInProportionWhereLightTakesOtherWays) {
   twin.fringes.steps = 3;
   twin.fringes.directions.push_back(twin.fringes.directions[0]);
   twin.fringes.directions[1].axis = Axis::y;
-  twin.render.bounces = 1;
-  for (const bool moves : {false, true}) {
-    if (moves) {
-      twin.render.bounces = 0;
-      twin.objects[0].motion = {0.3, 0.0, 0.2};
-      twin.cameras[0].timing = ExposureTiming{.late = {0.1}};
-    }
+  for (const char* way : {"bounces", "motion", "late exposures"}) {
+    twin.render.bounces = way == std::string("bounces") ? 1 : 0;
+    twin.objects[0].motion =
+        way == std::string("motion") ? std::vector{0.3, 0.0, 0.2} : std::vector<double>{};
+    if (way == std::string("late exposures")) twin.cameras[0].timing = ExposureTiming{.late = {0.1}};
     Twin one = twin, two = twin;
     one.fringes.directions[1].raster = {1.0037, 8, {{0.012, -0.005}, {0.0, 0.0}, {-0.004, 0.02}}};
     two.fringes.directions[1].raster = {1.0037, 8, {{0.024, -0.01}, {0.0, 0.0}, {-0.008, 0.04}}};
