@@ -184,8 +184,7 @@ TEST(Raster, IsInProportionWhereLightTakesOtherWays) {
     for (std::size_t i = 0; i < none.irradiance.size(); ++i)
       for (std::size_t k = 0; k < none.irradiance[i].size(); ++k) {
         const double more = once.irradiance[i].data[k] - none.irradiance[i].data[k];
-        ASSERT_NEAR(twice.irradiance[i].data[k] - none.irradiance[i].data[k], 2.0 * more, 4e-6 * 60.0)
-            << moves;
+        ASSERT_NEAR(twice.irradiance[i].data[k] - none.irradiance[i].data[k], 2.0 * more, 4e-6 * 60.0) << way;
         if (i < 8) {  // a late exposure of the ninth sees the tenth
           ASSERT_EQ(more, 0.0) << "the other direction";
         }
