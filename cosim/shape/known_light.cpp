@@ -114,7 +114,7 @@ class KnownPitch {
     const Harmonics& own = twin_.fringes.harmonics_of_image(at);
     for (std::size_t i = 0; i < own.size(); ++i) s.own.push_back(wave(own[i], static_cast<double>(i) + 1.0));
     for (const RasterWave& w : waves_)
-      s.raster.push_back(std::polar(1.0, w.order * (phase_rad - kTwoPi * moved_turns)));
+      s.raster.push_back(std::polar(1.0, w.order * phase_rad - kTwoPi * w.turns * moved_turns));
     images_.push_back(std::move(s));
   }
 

@@ -96,7 +96,7 @@ double gray_dn(const Twin& twin, std::size_t image, const Eigen::Vector2d& at_px
       const double per_px = k / pitch - 1.0 / 1.07,
                    square = std::sin(kPi * per_px * 1.07) / (kPi * per_px * 1.07);
       light += square * seen(d.raster.waves[static_cast<std::size_t>(k - 21)],
-                             k * t - 2.0 * kPi * (along - middle) / 1.07, per_px);
+                             k * t - 2.0 * kPi * (x - middle) / 1.07, per_px);
     }
     return light;
   };

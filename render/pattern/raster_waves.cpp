@@ -116,8 +116,8 @@ void take_waves(const Twin& twin, Transport seen, Transport& transport) {
   transport.estimate->gray_inside += share * seen.estimate->gray_inside;
 }
 
-// The wave of order h of an image whose fringes lie s further, not its pixels, is a cos t + b sin t, t = 2 pi
-// (turns (x - origin)/p + h (n/N - s/p)) + ahead; the sums are of cos and sin of 2 pi |turns| (x - origin)/p.
+// The wave of order h of an image that lies s further, pixels and all, is a cos t + b sin t, t = 2 pi (turns
+// (x - s - origin)/p + h n/N) + ahead; the sums are of cos and sin of 2 pi |turns| (x - origin)/p.
 std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, std::size_t image) {
   const DirectionFringes& d = twin.fringes.directions[static_cast<std::size_t>(spec.direction)];
   const auto p = static_cast<std::size_t>(spec.pitch);
@@ -129,7 +129,7 @@ std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, 
     const auto [order, turns, ahead] = phase_of_wave(twin, d, p, i);
     const double per_px = turns / d.pitches_px[p];
     const double angle = ahead + kTwoPi * (order * static_cast<double>(spec.step) / twin.fringes.steps -
-                                           order * twin.projector->image_shift_px(image) / d.pitches_px[p]);
+                                           per_px * twin.projector->image_shift_px(image));
     const double c = std::cos(angle), s = std::sin(angle);
     double left = d.contrast_of(p) * d.raster.left_by_pixels(per_px);
     if (twin.projector->has_halo()) left *= twin.projector->halo_attenuation(std::abs(per_px));

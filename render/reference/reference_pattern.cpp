@@ -176,8 +176,7 @@ double ReferencePattern::raster(double x, double radius, double sigma) const {
     const auto order = static_cast<double>(r.first_order) + static_cast<double>(i);
     const int middle_px = axis_ == Axis::x ? projector_.lens.width() / 2 : projector_.lens.height() / 2;
     double per_px = order / pitch_px_, turns = 0.0;  // as if it were not sampled
-    for (; per_px >= 0.5 / r.pitch_px; per_px -= 1.0 / r.pitch_px)
-      turns += (x + shift_px_ - middle_px) / r.pitch_px;  // the pixels stay where they are
+    for (; per_px >= 0.5 / r.pitch_px; per_px -= 1.0 / r.pitch_px) turns += (x - middle_px) / r.pitch_px;
     const double u = pi * sigma * per_px, v = 2.0 * pi * radius * std::abs(per_px);
     const double disk = v == 0.0 ? 1.0 : 2.0 * std::cyl_bessel_j(1.0, v) / v;
     const double angle =
