@@ -43,10 +43,10 @@ inline constexpr std::size_t kHarmonicsFieldTerms = 5;
 inline constexpr double kLargestContrast = 2.0;
 
 /// Waves that single high orders of what the fringes show make with the projector's own pixels, each of which
-/// shows one level (docs/PHYSICS.md, "Waves of the raster"). Order h at the phase t of a fringe of pitch p,
-/// step included, is seen where the light lands at x as the wave of phase h t - 2 pi m (x - c)/r: r the
-/// raster's pitch, c the middle of a pixel, m = round(h r/p), which makes it the slowest: of f = h/p - m/r
-/// per px. The square of a pixel leaves sin(pi f r)/(pi f r) of it.
+/// shows one level (docs/PHYSICS.md, "Fringes that are no sinusoids"). Order h at the phase t of a fringe of
+/// pitch p, step included, is seen where the light lands at x as the wave of phase h t - 2 pi m (x - c)/r: r
+/// the raster's pitch, c the middle of a pixel, m = round(h r/p), which makes it the slowest: of f = h/p -
+/// m/r per px. The square of a pixel leaves sin(pi f r)/(pi f r) of it.
 struct Raster {
   double pitch_px = 1.0;  ///< of the projector's own pixels, px of the calibrated projector
   int first_order = 2;

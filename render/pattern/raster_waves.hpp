@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traces and adds the waves that single orders of the shown levels make with the projector's pixels
-// (docs/PHYSICS.md, "Waves of the raster"). To the trace each is a fringe of its own, so that a second trace
-// has their sums, with targets as coarse as the waves are small.
+// (docs/PHYSICS.md, "Fringes that are no sinusoids"). To the trace each is a fringe of its own, so that a
+// second trace has their sums, with targets as coarse as the waves are small.
 #pragma once
 #include <vector>
 
