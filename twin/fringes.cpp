@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "twin/base/errors.hpp"
+#include "twin/number/sinc.hpp"
 
 namespace fringetwin {
 namespace {
@@ -105,10 +106,7 @@ double Raster::turns_taken(int order, double fringe_pitch_px) const {
   return std::round(order * pitch_px / fringe_pitch_px);
 }
 
-double Raster::left_by_pixels(double per_px) const {
-  const double angle = std::numbers::pi * per_px * pitch_px;
-  return std::abs(angle) < 1e-4 ? 1.0 : std::sin(angle) / angle;
-}
+double Raster::left_by_pixels(double per_px) const { return sinc(std::numbers::pi * per_px * pitch_px); }
 
 bool DirectionFringes::has_own_harmonics() const { return has_any(harmonics); }
 bool DirectionFringes::has_harmonics_field() const { return has_any(harmonics_field); }

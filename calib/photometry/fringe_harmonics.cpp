@@ -9,6 +9,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/number/sinc.hpp"
 
 namespace fringetwin::calib {
 namespace {
@@ -57,8 +58,6 @@ bool unsaturated(const std::vector<std::vector<const ImageF*>>& steps, std::size
       if (!(static_cast<double>(image->data[i]) < saturation_dn)) return false;
   return true;
 }
-
-double sinc(double x) { return std::abs(x) < 1e-6 ? 1.0 : std::sin(x) / x; }
 
 /// Returns the ratio of a member's sum over all blocks to that of the weights, with its jackknife sigma.
 Estimate ratio(const std::array<HarmonicCell, kBlocks>& cells, double HarmonicCell::*above) {

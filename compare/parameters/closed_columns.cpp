@@ -202,6 +202,7 @@ class ClosedList : private GroupList {
     if (group_ == "projector_field") add_field();
     if (group_ == "image_shift") add_all(image_shift_parameters(twin_, compared_images()));
     if (group_ == "image_harmonics") add_all(image_harmonics_parameters(twin_, compared_images()));
+    if (group_ == "raster") add_all(raster_parameters(twin_));
     if (group_ == "motion") add_motion();
     for (std::size_t c = 0; c < twin_.cameras.size(); ++c) {
       const std::size_t first = list_.size();
@@ -255,8 +256,7 @@ class ClosedList : private GroupList {
       };
       // the room's light is no factor's, and another lamp, albedo or pose changes it; an exposure that
       // reaches into another pattern sees that one's light, too
-      p.is_closed = !twin_.room.has_lamp() &&
-                    std::ranges::none_of(twin_.cameras, [](const Camera& c) { return c.timing.has_value(); });
+      p.is_closed = !twin_.room.has_lamp() && !sees_other_patterns(twin_);
     }
   }
 
@@ -343,6 +343,10 @@ double unprojected_light(const Twin& twin, const GridSamples& samples, std::size
                          factor_of(projector.ambient_factors, i) * factor_of(camera.exposure_factors, i);
   return camera.texture ? camera.texture->factor_at(texture_pixel(camera, samples, pixel)) * ambient + offset
                         : ambient;
+}
+
+bool sees_other_patterns(const Twin& twin) {
+  return std::ranges::any_of(twin.cameras, [](const Camera& camera) { return camera.timing.has_value(); });
 }
 
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,

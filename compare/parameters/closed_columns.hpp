@@ -9,11 +9,11 @@ namespace fringetwin::compare {
 
 /// Returns the parameters of the groups light, exposure and timing (of the phase steps `use_steps`, all where
 /// it is empty), room_light, camera_response, camera_knee, projector_field, image_shift, image_harmonics,
-/// motion and camera_psf; none of others. Their `effect` gives derivatives (image_harmonics has one of the
-/// first order alone; that of timing is left out where images that are not compared stand beside the image);
-/// `instead` is empty but for image_shift beside pixel_structure. `change` is there for those that a key of
-/// twin.toml holds: light, exposure, timing, camera_knee, projector_field, image_harmonics, and image_shift
-/// without pixel_structure.
+/// raster, motion and camera_psf; none of others. Their `effect` gives derivatives (image_harmonics has one
+/// of the first order alone; that of timing is left out where images that are not compared stand beside the
+/// image); `instead` is empty but for image_shift beside pixel_structure. `change` is there for those that a
+/// key of twin.toml holds: light, exposure, timing, camera_knee, projector_field, image_harmonics, and
+/// image_shift without pixel_structure.
 std::vector<Parameter> closed_parameters(const Twin& twin, const std::string& group,
                                          const std::vector<int>& use_steps);
 
@@ -34,6 +34,9 @@ std::vector<Parameter> raster_parameters(const Twin& twin);
 /// Fills GridSamples::waves of all samples from one rendering of all waves that the twin names, so many
 /// points per pixel.
 void find_waves(render::Renderer& renderer, const Twin& twin, int points, std::vector<GridSamples>& samples);
+
+/// Returns whether exposures may reach into another pattern, whose light an image then has, too.
+bool sees_other_patterns(const Twin& twin);
 
 /// Returns the irradiance of a pixel in an image of the sequence that the projector's light factor leaves as
 /// it is: the twin's light of the room (with a lamp: find_room_light()), and the offset of the camera's

@@ -81,7 +81,8 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"raster",
        "waves that the fringes' fine structure makes with the projector's pixels, of the orders that "
        "[fringes] raster names, and the raster's pitch",
-       "what the fringes show is coarse beside the projector's pixels (raster)", "", "", false},
+       "what the fringes show is coarse beside the projector's pixels (raster)", "", "", false,
+       "name its orders in [fringes] raster (docs/formats/twin.md)"},
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},

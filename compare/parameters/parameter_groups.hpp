@@ -15,6 +15,7 @@ struct ParameterGroup {
   std::string instead = {};
   std::string besides = {};  ///< what else helps than `--refine`
   bool is_searched = true;   ///< as a cause; else only `--refine` fits it
+  std::string absent = {};   ///< what to do where a twin has none of its parameters
 };
 /// Returns the groups in which the causes are looked for. Gain and black level of each camera come besides.
 const std::vector<ParameterGroup>& parameter_groups();

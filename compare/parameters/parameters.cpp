@@ -273,8 +273,6 @@ std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
   std::vector<Parameter> all = geometry_parameters(twin, group);
   for (Parameter& p : surface_parameters(twin, group)) all.push_back(std::move(p));
   for (Parameter& p : ParameterList(twin, group).run()) all.push_back(std::move(p));
-  if (group == "raster")
-    for (Parameter& p : raster_parameters(twin)) all.push_back(std::move(p));
   for (Parameter& p : closed_parameters(twin, group, use_steps)) {
     if (p.instead.empty()) p.instead = parameter_group(group).instead;
     all.push_back(std::move(p));

@@ -3,7 +3,6 @@
 // all of them.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "compare/parameters/closed_columns.hpp"
@@ -21,7 +20,7 @@ struct WavePart {
   double Harmonic::*part;
 };
 
-/// Returns the twin with no other wave than this, of a size of 1; all of them with `everything`.
+/// Returns the twin with no other wave than this, of a size of 1; without it with all of them.
 Twin with_waves(const Twin& twin, const std::optional<WavePart>& only) {
   Twin out = twin;
   for (std::size_t d = 0; d < out.fringes.directions.size(); ++d)
@@ -65,49 +64,57 @@ void add_wave(const WavePart& of, const EffectInput& in, std::vector<float>& irr
   }
 }
 
+/// Lists the parameters of the group.
+class RasterList : private GroupList {
+ public:
+  explicit RasterList(const Twin& twin) : GroupList("raster"), twin_(twin) {}
+
+  std::vector<Parameter> run() {
+    for (std::size_t d = 0; d < twin_.fringes.directions.size(); ++d) {
+      const Raster& raster = twin_.fringes.directions[d].raster;
+      for (std::size_t wave = 0; wave < raster.waves.size(); ++wave)
+        for (double Harmonic::*part : {&Harmonic::cosine, &Harmonic::sine}) add_part({d, wave, part});
+      if (raster.has_any()) add_pitch(d);  // nothing else tells it
+    }
+    return std::move(list_);
+  }
+
+ private:
+  const Raster& raster_of(std::size_t direction) const { return twin_.fringes.directions[direction].raster; }
+  std::string name_of(std::size_t direction) const {
+    return fmt::format("projector.raster.{}.", axis_name(twin_.fringes.directions[direction].axis));
+  }
+
+  void add_part(const WavePart& of) {
+    const Raster& raster = raster_of(of.direction);
+    const int order = raster.first_order + static_cast<int>(of.wave);
+    Parameter& p = add(fmt::format("{}{}{}", name_of(of.direction), order, name_of_part(of.part)), "",
+                       raster.waves[of.wave].*(of.part), 1e-3, [of](Twin& t, double change) {
+                         t.fringes.directions[of.direction].raster.waves[of.wave].*(of.part) += change;
+                       });
+    if (!sees_other_patterns(twin_))  // what those bring is rendered
+      p.effect = [of](const EffectInput& in, std::vector<float>& irradiance) {
+        add_wave(of, in, irradiance);
+      };
+    p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
+  }
+
+  void add_pitch(std::size_t d) {
+    const double pitch_px = raster_of(d).pitch_px;
+    Parameter& p = add(name_of(d) + "pitch_px", "px", pitch_px, 1e-6,
+                       [d](Twin& t, double change) { t.fringes.directions[d].raster.pitch_px += change; });
+    p.smallest = pitch_px - kRasterMayBeOffPx, p.largest = pitch_px + kRasterMayBeOffPx;
+  }
+
+  const Twin& twin_;
+};
+
 }  // namespace
 
 std::vector<Parameter> raster_parameters(const Twin& twin) {
-  std::vector<Parameter> all;
   if (!twin.projector || twin.projector->pixel_structure || twin.has_subsurface() || twin.fringes.steps == 0)
-    return all;
-  // what a neighbour's pattern brings is rendered
-  const bool is_mixed =
-      std::ranges::any_of(twin.cameras, [](const Camera& camera) { return camera.timing.has_value(); });
-  for (std::size_t d = 0; d < twin.fringes.directions.size(); ++d) {
-    const DirectionFringes& direction = twin.fringes.directions[d];
-    const Raster& raster = direction.raster;
-    const std::string name = fmt::format("projector.raster.{}.", axis_name(direction.axis));
-    const int first = raster.first_order;
-    for (std::size_t i = 0; i < raster.waves.size(); ++i)
-      for (double Harmonic::*part : {&Harmonic::cosine, &Harmonic::sine}) {
-        const int order = first + static_cast<int>(i);
-        Parameter& p =
-            all.emplace_back(Parameter{.group = "raster",
-                                       .name = fmt::format("{}{}{}", name, order, name_of_part(part)),
-                                       .unit = "",
-                                       .start = raster.waves[i].*part,
-                                       .step = 1e-3,
-                                       .change = [d, i, part](Twin& t, double d_part) {
-                                         t.fringes.directions[d].raster.waves[i].*part += d_part;
-                                       }});
-        if (!is_mixed)
-          p.effect = [of = WavePart{d, i, part}](const EffectInput& in, std::vector<float>& irradiance) {
-            add_wave(of, in, irradiance);
-          };
-        p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
-      }
-    if (!raster.has_any()) continue;  // nothing tells the raster's pitch
-    Parameter& p = all.emplace_back(Parameter{
-        .group = "raster",
-        .name = name + "pitch_px",
-        .unit = "px",
-        .start = raster.pitch_px,
-        .step = 1e-6,
-        .change = [d](Twin& t, double d_pitch) { t.fringes.directions[d].raster.pitch_px += d_pitch; }});
-    p.smallest = raster.pitch_px - kRasterMayBeOffPx, p.largest = raster.pitch_px + kRasterMayBeOffPx;
-  }
-  return all;
+    return {};
+  return RasterList(twin).run();
 }
 
 void find_waves(render::Renderer& renderer, const Twin& twin, int points, std::vector<GridSamples>& samples) {

@@ -85,10 +85,11 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
     if (met[i] || is_no_parameter(asked[i])) continue;
     const auto& groups = parameter_groups();
     const bool known = std::ranges::any_of(groups, [&](const auto& g) { return g.name == asked[i]; });
+    const std::string absent = known ? parameter_group(asked[i]).absent : "";
     throw UserError(
         ExitCode::usage, "--refine " + asked[i], known ? "the twin has no such parameter" : "is not known",
-        asked[i] == "raster"
-            ? "name its orders in [fringes] raster (docs/formats/twin.md)"
+        !absent.empty()
+            ? absent
             : "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
   }
   const bool albedo = std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "albedo"; });

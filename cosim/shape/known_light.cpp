@@ -8,8 +8,11 @@
 #include <utility>
 
 #include "measure/decode/phase.hpp"
+#include "render/pattern/raster_waves.hpp"
+#include "render/pattern/waveform.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/number/sinc.hpp"
 
 namespace fringetwin::cosim {
 namespace {
@@ -20,11 +23,6 @@ using Complex = std::complex<double>;
 constexpr int kPasses = 6;
 /// Of a fringe that blur leaves nothing of.
 constexpr double kLeastLeft = 1e-6;
-
-/// A wave a cos t + b sin t over the fringe's amplitude, as conj(a + ib) e^it.
-Complex wave_of(const Harmonic& h, double per_amplitude) {
-  return Complex(h.cosine, -h.sine) * per_amplitude;
-}
 
 /// One image of a pitch.
 struct Step {
@@ -55,10 +53,11 @@ MeanFactors mean_factors(const Twin& twin, const Camera& camera) {
 
 /// Lifts clipped values, and where they begin, so far that no value does as they do when its light is taken
 /// to the mean. Returns where they begin.
-double lift_clipped(CameraImages& images, const Twin& twin, const Camera& camera, const MeanFactors& means) {
+double lift_clipped(CameraImages& images, const Twin& twin, const Camera& camera) {
   constexpr double kMargin = 2.0;  // for what is taken out besides
   const double saturation_dn = images.saturation_dn();
   if (images.radiance) return saturation_dn;
+  const MeanFactors means = mean_factors(twin, camera);
   double darkest = 1.0;
   for (std::size_t k = 0; k < images.images.size(); ++k)
     darkest = std::min(darkest, factor_of(camera.exposure_factors, k) / means.exposure *
@@ -78,44 +77,36 @@ class KnownPitch {
   KnownPitch(const Twin& twin, const Camera& camera, std::size_t direction, std::size_t pitch,
              const std::vector<int>& steps)
       : twin_(twin),
-        psf_px_(camera.psf_px),
+        camera_(camera),
+        means_(mean_factors(twin, camera)),
         fringes_(twin.fringes.directions[direction]),
         pitch_px_(fringes_.pitches_px[pitch]),
         origin_px_(fringes_.phase_origin_px[pitch]),
-        per_amplitude_(1.0 / twin.fringes.amplitude),
-        mean_(twin.fringes.mean * per_amplitude_ / fringes_.contrast_of(pitch) /
-              std::max(left_of_wave(1.0, false), kLeastLeft)),
-        solver_(steps, twin.fringes.steps) {
-    for (std::size_t i = 0; i < fringes_.harmonics_of(pitch).size(); ++i)
-      of_pitch_.push_back(wave(fringes_.harmonics_of(pitch)[i], static_cast<double>(i) + 2.0));
-    for (const Harmonics& term : fringes_.harmonics_field) {
-      of_term_.emplace_back();
-      for (std::size_t i = 0; i < term.size(); ++i)
-        of_term_.back().push_back(wave(term[i], static_cast<double>(i) + 2.0));
-    }
-    const Raster& raster = fringes_.raster;
-    for (std::size_t i = 0; i < raster.waves.size(); ++i) {
-      const int order = raster.first_order + static_cast<int>(i);
-      const double taken = raster.turns_taken(order, pitch_px_);
-      waves_.push_back({order, taken, order - taken * pitch_px_ / raster.pitch_px});
+        fringe_left_(std::max(left_of(1.0), kLeastLeft)),
+        mean_(twin.fringes.mean / twin.fringes.amplitude / fringes_.contrast_of(pitch) / fringe_left_),
+        solver_(steps, twin.fringes.steps),
+        of_pitch_(waves(fringes_.harmonics_of(pitch), 2)) {
+    for (const Harmonics& term : fringes_.harmonics_field) of_term_.push_back(waves(term, 2));
+    for (std::size_t i = 0; i < fringes_.raster.waves.size(); ++i) {
+      waves_.push_back(render::raster_wave(twin, fringes_, pitch, i));
       const double turns = waves_.back().turns;
-      raster_.push_back(raster.left_by_pixels(turns / pitch_px_) * wave(raster.waves[i], std::abs(turns)));
+      raster_.push_back(fringes_.raster.left_by_pixels(turns / pitch_px_) *
+                        wave(fringes_.raster.waves[i], turns));
     }
   }
 
-  void add_image(ImageF* image, const Camera& camera, const MeanFactors& means, int step, std::size_t at) {
+  /// Adds an image of the sequence.
+  void add_image(ImageF* image, int step, std::size_t at) {
     const double phase_rad = kTwoPi * step / twin_.fringes.steps,
                  moved_turns = twin_.projector->image_shift_px(at) / pitch_px_;
-    Step s{.image = image,
-           .step = std::polar(1.0, phase_rad),
-           .turn = std::polar(1.0, phase_rad - kTwoPi * moved_turns),
-           .light = factor_of(twin_.projector->light_factors, at) / means.light,
-           .exposure = factor_of(camera.exposure_factors, at) / means.exposure};
-    const Harmonics& own = twin_.fringes.harmonics_of_image(at);
-    for (std::size_t i = 0; i < own.size(); ++i) s.own.push_back(wave(own[i], static_cast<double>(i) + 1.0));
-    for (const RasterWave& w : waves_)
-      s.raster.push_back(std::polar(1.0, w.order * phase_rad - kTwoPi * w.turns * moved_turns));
-    images_.push_back(std::move(s));
+    images_.push_back({.image = image,
+                       .step = std::polar(1.0, phase_rad),
+                       .turn = std::polar(1.0, phase_rad - kTwoPi * moved_turns),
+                       .light = factor_of(twin_.projector->light_factors, at) / means_.light,
+                       .exposure = factor_of(camera_.exposure_factors, at) / means_.exposure,
+                       .own = waves(twin_.fringes.harmonics_of_image(at), 1)});
+    for (const render::RasterWave& w : waves_)
+      images_.back().raster.push_back(std::polar(1.0, w.order * phase_rad - kTwoPi * w.turns * moved_turns));
   }
 
   void run(const std::vector<Eigen::Vector2f>& places_px, double black_dn, double clipped_dn) const {
@@ -127,10 +118,6 @@ class KnownPitch {
   }
 
  private:
-  struct RasterWave {
-    int order;
-    double taken, turns;  ///< Raster::turns_taken(); turns per fringe
-  };
   /// A pixel: the place that lights it, NaN where it is not known, and how it goes on along the fringes' axis
   /// from pixel to pixel.
   struct Seen {
@@ -157,26 +144,31 @@ class KnownPitch {
             per(place(x, up), place(x, down), down - up)};
   }
 
-  /// Returns what blur and halo leave of a wave of so many turns per fringe; of that of the fringe itself.
-  double left_of_wave(double turns, bool of_fringe = true) const {
+  /// Returns what blur and halo leave of a wave of so many turns per fringe.
+  double left_of(double turns) const {
     const Projector& p = *twin_.projector;
-    const double per_px = turns / pitch_px_, u = 0.5 * kTwoPi * p.blur_px * per_px;
-    const double left = std::exp(-2.0 * u * u) * (p.has_halo() ? p.halo_attenuation(per_px) : 1.0);
-    return of_fringe ? left / std::max(left_of_wave(1.0, false), kLeastLeft) : left;
+    const double per_px = std::abs(turns) / pitch_px_;
+    return render::blur_attenuation(1, p.blur_px, 1.0 / per_px) *
+           (p.has_halo() ? p.halo_attenuation(per_px) : 1.0);
   }
   /// Returns what the pixel's square and the camera's blur leave of a wave of so many turns per fringe.
   double seen_of(double turns, const Seen& seen) const {
     if (!seen.is_known()) return 1.0;
-    const auto mean = [](double cycles) {
-      const double angle = 0.5 * kTwoPi * cycles;
-      return std::abs(angle) < 1e-4 ? 1.0 : std::sin(angle) / angle;
-    };
     const double along = turns / pitch_px_ * seen.per_column_px, down = turns / pitch_px_ * seen.per_row_px,
-                 blur = kTwoPi * psf_px_;
-    return mean(along) * mean(down) * std::exp(-0.5 * blur * blur * (along * along + down * down));
+                 blur = kTwoPi * camera_.psf_px;
+    return sinc(0.5 * kTwoPi * along) * sinc(0.5 * kTwoPi * down) *
+           std::exp(-0.5 * blur * blur * (along * along + down * down));
   }
+  /// Returns a wave a cos t + b sin t, over the amplitude of the fringe, as conj(a + ib) of e^it.
   Complex wave(const Harmonic& h, double turns) const {
-    return wave_of(h, per_amplitude_ * left_of_wave(turns));
+    return Complex(h.cosine, -h.sine) / twin_.fringes.amplitude * (left_of(turns) / fringe_left_);
+  }
+  /// Returns those of harmonics from the lowest order on.
+  std::vector<Complex> waves(const Harmonics& list, int lowest) const {
+    std::vector<Complex> out;
+    for (std::size_t i = 0; i < list.size(); ++i)
+      out.push_back(wave(list[i], static_cast<double>(i) + lowest));
+    return out;
   }
 
   /// Returns the waves of the orders 2, 3 ... at a place.
@@ -194,16 +186,11 @@ class KnownPitch {
   /// Returns the waves of the raster where the fringe has the phase e^it in the first step.
   void raster_at(Complex first, const Seen& seen, double of_fringe, std::vector<Complex>& out) const {
     if (!seen.is_known()) return;
-    const double along_px = seen.along_px;
-    const double turns = std::arg(first) / kTwoPi, fringe = (along_px - origin_px_) / pitch_px_,
-                 x_px = origin_px_ + pitch_px_ * (turns + std::round(fringe - turns)),
-                 middle_px = middle_of_raster_px(fringes_.axis == Axis::x ? twin_.projector->lens.width()
-                                                                          : twin_.projector->lens.height());
+    const double turns = std::arg(first) / kTwoPi, fringe = (seen.along_px - origin_px_) / pitch_px_,
+                 fringes = turns + std::round(fringe - turns);  // from the origin to here
     for (std::size_t i = 0; i < waves_.size(); ++i)
-      out[i] =
-          raster_[i] * std::polar(seen_of(waves_[i].turns, seen) / of_fringe,
-                                  kTwoPi * (waves_[i].order * (x_px - origin_px_) / pitch_px_ -
-                                            waves_[i].taken * (x_px - middle_px) / fringes_.raster.pitch_px));
+      out[i] = raster_[i] * std::polar(seen_of(waves_[i].turns, seen) / of_fringe,
+                                       kTwoPi * waves_[i].turns * fringes + waves_[i].ahead_rad);
   }
 
   void run_pixel(const Seen& seen, double black_dn, double clipped_dn) const {
@@ -222,14 +209,10 @@ class KnownPitch {
     for (std::size_t k = 1; k < left.size(); ++k)
       left[k] = seen_of(static_cast<double>(k) + 1.0, seen) / of_fringe;
     for (int pass = 0; pass < kPasses; ++pass) {
-      double c = 0.0, s = 0.0;
-      for (std::size_t i = 0; i < n; ++i) {
-        c += static_cast<double>(solver_.cos_weights()[i]) * (value[i] - added[i]);
-        s += static_cast<double>(solver_.sin_weights()[i]) * (value[i] - added[i]);
-      }
-      const double amplitude = std::hypot(c, s);
+      const Complex fringe = solver_.fringe([&](std::size_t i) { return value[i] - added[i]; });
+      const double amplitude = std::abs(fringe);
       if (!(amplitude > 0.0)) return;
-      const Complex first = Complex(c, s) / amplitude;
+      const Complex first = fringe / amplitude;
       raster_at(first, seen, of_fringe, raster);
       for (std::size_t i = 0; i < n; ++i)
         added[i] = amplitude * more_than_plain(images_[i], first, of_all, left, mean_ / of_fringe, raster);
@@ -256,14 +239,16 @@ class KnownPitch {
   }
 
   const Twin& twin_;
-  double psf_px_;  ///< of the camera
+  const Camera& camera_;
+  MeanFactors means_;
   const DirectionFringes& fringes_;
-  double pitch_px_, origin_px_, per_amplitude_;
-  double mean_;  ///< of the projector's light, over the amplitude
+  double pitch_px_, origin_px_;
+  double fringe_left_;  ///< left_of() the fringe itself
+  double mean_;         ///< of the projector's light, over the amplitude
   measure::StepSolver solver_;
   std::vector<Complex> of_pitch_;
   std::vector<std::vector<Complex>> of_term_;
-  std::vector<RasterWave> waves_;
+  std::vector<render::RasterWave> waves_;
   std::vector<Complex> raster_;
   std::vector<Step> images_;
 };
@@ -275,7 +260,7 @@ bool knows_light(const Twin& twin, const Camera& camera) {
   const Projector& p = *twin.projector;
   const bool is_plain = !p.optics && !p.has_blur_field() && p.ambient_factors.empty() &&
                         !twin.has_subsurface() && !camera.timing && camera.sensor.straight();
-  return is_plain && p.response.kind == ProjectorResponse::Kind::linear && !p.pixel_structure &&
+  return is_plain && render::is_linear(p.response) && !p.pixel_structure &&
          twin.fringes.waveform.kind == Waveform::Kind::sine &&
          (twin.fringes.has_harmonics() || twin.fringes.has_raster() || p.has_image_shifts() ||
           !p.light_factors.empty() || !camera.exposure_factors.empty());
@@ -284,8 +269,7 @@ bool knows_light(const Twin& twin, const Camera& camera) {
 CameraImages without_known_light(CameraImages images, const Twin& twin, const Camera& camera,
                                  const std::vector<Eigen::Vector2f>& places_px, std::vector<int> steps) {
   FT_CHECK(places_px.size() == images.images.at(0).size(), "a place of each pixel");
-  const MeanFactors means = mean_factors(twin, camera);
-  const double clipped_dn = lift_clipped(images, twin, camera, means);
+  const double clipped_dn = lift_clipped(images, twin, camera);
   if (steps.empty()) steps = measure::all_steps(twin.fringes.steps);
   const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
   std::map<std::pair<int, int>, KnownPitch> pitches;
@@ -296,7 +280,7 @@ CameraImages without_known_light(CameraImages images, const Twin& twin, const Ca
       const auto [at, is_new] = pitches.try_emplace(std::pair{spec.direction, spec.pitch}, twin, camera,
                                                     static_cast<std::size_t>(spec.direction),
                                                     static_cast<std::size_t>(spec.pitch), steps);
-      at->second.add_image(&images.images.at(k), camera, means, step, k);
+      at->second.add_image(&images.images.at(k), step, k);
     }
   for (const auto& [of, pitch] : pitches) pitch.run(places_px, camera.sensor.black_level_dn, clipped_dn);
   return images;

@@ -2,6 +2,8 @@
 // Solves N-step phase shifting by linear least squares: the images of the phase steps go in; wrapped phase,
 // amplitude, mean and residual of every pixel come out.
 #pragma once
+#include <complex>
+#include <cstddef>
 #include <vector>
 
 namespace fringetwin::measure {
@@ -25,6 +27,17 @@ class StepSolver {
   /// Value of step i (index into steps_n) = mean + c*basis_cos + s*basis_sin.
   double basis_cos(int i) const { return basis_cos_[i]; }
   double basis_sin(int i) const { return basis_sin_[i]; }
+
+  /// Returns amplitude e^(i phase) of a pixel whose value in step i is value(i).
+  template <class Value>
+  std::complex<double> fringe(const Value& value) const {
+    double c = 0.0, s = 0.0;
+    for (std::size_t i = 0; i < cos_.size(); ++i) {
+      c += static_cast<double>(cos_[i]) * value(i);
+      s += static_cast<double>(sin_[i]) * value(i);
+    }
+    return {c, s};
+  }
 
   /// Variance of the phase for unit gray-value variance and unit amplitude: g^T (A^T A)^-1 g with
   /// g = (-sin phase, cos phase). 2/N for the full set.

@@ -193,14 +193,10 @@ class PitchPlain {
       here = {of_pixel.data(), static_cast<std::size_t>(of_pixel.size())};
     }
     for (int pass = 0; pass < kPasses; ++pass) {
-      double c = 0.0, s = 0.0;
-      for (std::size_t i = 0; i < n; ++i) {
-        c += static_cast<double>(solver_.cos_weights()[i]) * (value[i] - added[i]);
-        s += static_cast<double>(solver_.sin_weights()[i]) * (value[i] - added[i]);
-      }
-      const double amplitude = std::hypot(c, s);
+      const std::complex<double> fringe = solver_.fringe([&](std::size_t i) { return value[i] - added[i]; });
+      const double amplitude = std::abs(fringe);
       if (!(amplitude >= min_amplitude)) return;
-      const std::complex<double> at_first = std::complex<double>(c, s) / amplitude;
+      const std::complex<double> at_first = fringe / amplitude;
       for (std::size_t i = 0; i < n; ++i)
         added[i] =
             amplitude * (harmonics_at(at_first * turn_[i], here) + (at_first * (turn_[i] - step_[i])).real());

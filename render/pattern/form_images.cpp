@@ -86,9 +86,9 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   Recipe recipe;
   recipe.of_direct = static_cast<float>(light.projector);
   recipe.of_ambient = static_cast<float>(light.ambient);
+  recipe.waves = make_waves(twin, transport, spec, index, light.projector);
   if (index < transport.direct.size() && !transport.direct[index].empty()) {
     recipe.direct = transport.direct[index].data.data();
-    recipe.waves = make_waves(twin, transport, spec, index, light.projector);
     return recipe;
   }
   FT_CHECK(!spec.is_gray() && !transport.cosine.empty(), "transport without the image's sums");
@@ -100,7 +100,6 @@ Recipe make_recipe(const Twin& twin, const Transport& transport, const PatternSp
   const std::vector<double>& a = series.a;
   FT_CHECK(a.size() >= 2, "a response has a mean and a fundamental");
   recipe.level = static_cast<float>(light.projector * a[0]);
-  recipe.waves = make_waves(twin, transport, spec, index, light.projector);
   recipe.direction = d;
   recipe.pitch = p;
   const bool formed = is_formed(transport, d, p);

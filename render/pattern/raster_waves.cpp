@@ -13,20 +13,6 @@ namespace {
 constexpr double kLeastTurns = 1e-9;  // per fringe: a wave that stands still has a pitch all the same
 constexpr double kAmplitude = 0.5;    // of the waves that are traced
 
-// A wave without its step: 2 pi turns (x - origin)/pitch + ahead, origin and pitch of the fringes.
-struct WavePhase {
-  int order;
-  double turns, ahead;
-};
-WavePhase phase_of_wave(const Twin& twin, const DirectionFringes& d, std::size_t pitch, std::size_t wave) {
-  const int order = d.raster.first_order + static_cast<int>(wave);
-  const Lens& lens = twin.projector->lens;
-  const double pitch_px = d.pitches_px[pitch], taken = d.raster.turns_taken(order, pitch_px),
-               middle_px = middle_of_raster_px(d.axis == Axis::x ? lens.width() : lens.height());
-  return {order, order - taken * pitch_px / d.raster.pitch_px,
-          kTwoPi * taken * (middle_px - d.phase_origin_px[pitch]) / d.raster.pitch_px};
-}
-
 // Returns the sum of the sizes of a direction's waves, the largest of all directions.
 double size_of_waves(const Twin& twin) {
   double most = 0.0;
@@ -50,6 +36,17 @@ bool is_there(const Harmonic& wave) { return wave != Harmonic{}; }
 
 }  // namespace
 
+RasterWave raster_wave(const Twin& twin, const DirectionFringes& direction, std::size_t pitch,
+                       std::size_t wave) {
+  const Raster& raster = direction.raster;
+  const Lens& lens = twin.projector->lens;
+  const int order = raster.first_order + static_cast<int>(wave);
+  const double pitch_px = direction.pitches_px[pitch], taken = raster.turns_taken(order, pitch_px),
+               middle_px = middle_of_raster_px(direction.axis == Axis::x ? lens.width() : lens.height());
+  return {order, order - taken * pitch_px / raster.pitch_px,
+          kTwoPi * taken * (middle_px - direction.phase_origin_px[pitch]) / raster.pitch_px};
+}
+
 Twin showing_waves(const Twin& twin) {
   FT_CHECK(twin.projector.has_value(), "a projector that lights the scene");
   Twin view = twin;
@@ -72,7 +69,7 @@ Twin showing_waves(const Twin& twin) {
       for (std::size_t k = 0; k < d.raster.waves.size(); ++k) {
         if (!is_there(d.raster.waves[k])) continue;
         waves.pitches_px.push_back(d.pitches_px[p] /
-                                   std::max(std::abs(phase_of_wave(twin, d, p, k).turns), kLeastTurns));
+                                   std::max(std::abs(raster_wave(twin, d, p, k).turns), kLeastTurns));
         waves.phase_origin_px.push_back(d.phase_origin_px[p]);
       }
       view.fringes.directions.push_back(std::move(waves));
@@ -126,7 +123,7 @@ std::vector<WaveTerm> waves_of_image(const Twin& twin, const PatternSpec& spec, 
   for (std::size_t i = 0; i < d.raster.waves.size(); ++i) {
     const Harmonic& wave = d.raster.waves[i];
     if (!is_there(wave)) continue;
-    const auto [order, turns, ahead] = phase_of_wave(twin, d, p, i);
+    const auto [order, turns, ahead] = raster_wave(twin, d, p, i);
     const double per_px = turns / d.pitches_px[p];
     const double angle = ahead + kTwoPi * (order * static_cast<double>(spec.step) / twin.fringes.steps -
                                            per_px * twin.projector->image_shift_px(image));

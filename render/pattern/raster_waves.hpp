@@ -11,6 +11,17 @@
 
 namespace fringetwin::render {
 
+/// A wave of the raster without its step: 2 pi turns (x - origin)/pitch + ahead, origin and pitch of the
+/// fringes, where the light lands at x.
+struct RasterWave {
+  int order;
+  double turns;  ///< per fringe; negative ones run backwards
+  double ahead_rad;
+};
+/// Returns the `wave`-th of those that a direction's raster has of a pitch.
+RasterWave raster_wave(const Twin& twin, const DirectionFringes& direction, std::size_t pitch,
+                       std::size_t wave);
+
 /// Returns a twin whose fringes are the waves: a direction with a pitch per wave that is there for each pitch
 /// of each of the twin's directions that have any, in their order.
 Twin showing_waves(const Twin& twin);

@@ -10,13 +10,12 @@
 #include "render/reference/reference_shapes.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/effects.hpp"
+#include "twin/number/sinc.hpp"
 
 namespace fringetwin::study {
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
-
-double sinc(double x) { return std::abs(x) < 1e-9 ? 1.0 : std::sin(x) / x; }
 
 const Object& checked(const Twin& twin, const std::string& name) {
   const auto refuse = [&](const std::string& why) {

@@ -26,6 +26,7 @@
 #include "render/pattern/response_series.hpp"
 #include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "tests/support/tilted_window.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::testing::harmonics_test {
@@ -38,12 +39,7 @@ constexpr double pi = std::numbers::pi;
 const Harmonics kHarmonics{
     {0.004, -0.011}, {-0.003, 0.008}, {0.001, 0.005}, {0.002, -0.003}, {-0.001, 0.002}};
 
-/// A tilted plane in a window of the left camera around a point, 12 steps.
-Twin window(const Eigen::Vector3d& at_mm = {0, 0, 290}) {
-  Twin twin = with_object(left_window(at_mm, 80, 60), "plane", tilted_plane());
-  twin.fringes.steps = 12;
-  return twin;
-}
+Twin window(const Eigen::Vector3d& at_mm = {0, 0, 290}) { return tilted_window(12, at_mm); }
 
 Twin with_harmonics(Twin twin, const Harmonics& harmonics = kHarmonics) {
   for (DirectionFringes& d : twin.fringes.directions) d.harmonics.assign(d.pitches_px.size(), harmonics);

@@ -16,6 +16,7 @@
 
 #include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "tests/support/tilted_window.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::testing::image_harmonics_test {
@@ -23,12 +24,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// A tilted plane in a window of the left camera around a point, 12 steps.
-Twin window(const Eigen::Vector3d& at_mm = {0, 0, 290}) {
-  Twin twin = with_object(left_window(at_mm, 80, 60), "plane", tilted_plane());
-  twin.fringes.steps = 12;
-  return twin;
-}
+Twin window(const Eigen::Vector3d& at_mm = {0, 0, 290}) { return tilted_window(12, at_mm); }
 
 /// Every third image has a waveform of its own; some have contrast alone.
 Twin with_waveforms(Twin twin) {

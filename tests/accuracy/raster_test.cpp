@@ -16,6 +16,7 @@
 
 #include "tests/support/expect_agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "tests/support/tilted_window.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::testing::raster_test {
@@ -23,12 +24,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// A tilted plane in a window of the left camera around a point, 6 steps.
-Twin seen_at(const Eigen::Vector3d& at_mm = {0, 0, 290}) {
-  Twin twin = with_object(left_window(at_mm, 80, 60), "plane", tilted_plane());
-  twin.fringes.steps = 6;
-  return twin;
-}
+Twin seen_at(const Eigen::Vector3d& at_mm = {0, 0, 290}) { return tilted_window(6, at_mm); }
 
 /// Orders 8 ... 10: of 13 px and more about 3 px long, one of them forwards where the raster is coarse.
 Twin with_raster(Twin twin, double pitch_px = 1.0037) {

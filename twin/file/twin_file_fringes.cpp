@@ -54,18 +54,23 @@ std::vector<double> read_pitches(const TomlTable& table) {
   return pitches;
 }
 
-/// Returns one list of pairs, of the orders from the lowest on, and adds their sizes to `sum`.
-Harmonics read_pairs(const TomlTable& table, const std::string& key,
-                     const std::vector<std::vector<double>>& rows, double& sum, int lowest = 2) {
-  if (const int most = kHighestHarmonic + 1 - lowest; static_cast<int>(rows.size()) > most)
-    table.fail(key, fmt::format("has {} pairs: the harmonics {} ... {} are {}", rows.size(), lowest,
-                                kHighestHarmonic, most));
+/// Returns the pairs of these rows, and adds their sizes to `sum`.
+Harmonics pairs_of(const std::vector<std::vector<double>>& rows, double& sum) {
   Harmonics list;
   for (const std::vector<double>& row : rows) {
     list.push_back({row[0], row[1]});
     sum += std::hypot(row[0], row[1]);
   }
   return list;
+}
+
+/// Returns the same of harmonics from the lowest order on, of which there may be so many.
+Harmonics read_pairs(const TomlTable& table, const std::string& key,
+                     const std::vector<std::vector<double>>& rows, double& sum, int lowest = 2) {
+  if (const int most = kHighestHarmonic + 1 - lowest; static_cast<int>(rows.size()) > most)
+    table.fail(key, fmt::format("has {} pairs: the harmonics {} ... {} are {}", rows.size(), lowest,
+                                kHighestHarmonic, most));
+  return pairs_of(rows, sum);
 }
 
 void check_sum(const TomlTable& table, const std::string& key, double sum) {
@@ -123,10 +128,7 @@ Raster read_raster(const TomlTable& table) {
   if (lists->front().size() > kMostRasterWaves)
     inner->fail("waves", fmt::format("has {} pairs, at most {}", lists->front().size(), kMostRasterWaves));
   double sum = 0.0;
-  for (const std::vector<double>& row : lists->front()) {
-    raster.waves.push_back({row[0], row[1]});
-    sum += std::hypot(row[0], row[1]);
-  }
+  raster.waves = pairs_of(lists->front(), sum);
   check_sum(*inner, "waves", sum);
   return raster;
 }
