@@ -9,7 +9,7 @@
 #include "compare/causes/causes.hpp"
 #include "compare/held_out/held_out.hpp"
 #include "compare/pattern/pattern.hpp"
-#include "measure/decode/light_factors.hpp"
+#include "measure/light/light_factors.hpp"
 
 namespace fringetwin::cosim {
 

@@ -10,7 +10,7 @@
 #include "calib/photometry/pixel_maps.hpp"
 #include "calib/photometry/projector_response.hpp"
 #include "calib/photometry/response_fit.hpp"
-#include "measure/decode/light_factors.hpp"
+#include "measure/light/light_factors.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "measure/decode/light_factors.hpp"
+#include "measure/light/light_factors.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/fringes.hpp"
 #include "twin/image/image.hpp"

@@ -10,7 +10,7 @@
 #include <span>
 #include <utility>
 
-#include "measure/decode/light_steps.hpp"
+#include "measure/light/light_steps.hpp"
 #include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"

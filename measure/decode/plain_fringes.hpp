@@ -4,7 +4,7 @@
 #pragma once
 #include <vector>
 
-#include "measure/decode/light_factors.hpp"
+#include "measure/light/light_factors.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/fringes.hpp"
 

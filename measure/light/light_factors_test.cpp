@@ -7,7 +7,7 @@
 // | sigma over 200 draws    | 6 %       | 1200 z and more: 2 %, three times that                            |
 // | light's phase           | 1 %       | second order of factors of 1 %                                    |
 // | factors taken out       | 2e-6      | gray values of 200 in single precision, twice                     |
-#include "measure/decode/light_factors.hpp"
+#include "measure/light/light_factors.hpp"
 
 #include <gtest/gtest.h>
 #include <omp.h>

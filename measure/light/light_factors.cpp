@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "measure/decode/light_factors.hpp"
+#include "measure/light/light_factors.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 #include <limits>
 #include <numeric>
 
-#include "measure/decode/light_steps.hpp"
+#include "measure/light/light_steps.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
