@@ -107,11 +107,20 @@ class PhaseBudgetFit {
     leave_out_steep_texture(texture.largest_rad, interior);
     const RippleSums sums = add_rows(&interior);
     if (sums.n < kFewestPixels) return std::nullopt;
-    RippleTest out{.order = ripple_.order, .functions = ripple_.per_group(), .information = sums.information};
+    RippleTest out{.order = ripple_.order,
+                   .strongest = ripple_.order,
+                   .functions = ripple_.per_group(),
+                   .information = sums.information};
     const int leading = ripple_.leading();
     const double by_mean = solve(sums, 1), by_leading = solve(sums, leading);
     if (ripple_.has_brightness()) out.brightness_chi2 = std::max(0.0, by_leading - by_mean) / out.functions;
     out.harmonic_chi2 = std::max(0.0, solve(sums, ripple_.size()) - by_leading) / out.functions;
+    double single = 0.0, twice = 0.0;
+    for (int k = leading; k < ripple_.size(); k += 4) {
+      single += solution_.segment<2>(k).squaredNorm();
+      twice += solution_.segment<2>(k + 2).squaredNorm();
+    }
+    out.strongest = (twice > single ? 2 : 1) * out.order;
     return out;
   }
 
@@ -134,12 +143,22 @@ class PhaseBudgetFit {
     return 2.0 * solution_.dot(right) - solution_.dot(sums.normal.topLeftCorner(used, used) * solution_);
   }
 
-  double noise_variance(std::size_t i) const {
-    const double r = real_.coordinate_sigma_px.data[i];
-    const double s = simulated_.coordinate_sigma_px.data[i];
-    const double v = (std::isfinite(r) ? r * r : 0.0) + (std::isfinite(s) ? s * s : 0.0);
-    return per_px_ * per_px_ * v;
+  static double variance_px2(const DirectionDecode& side, std::size_t i) {
+    const double sigma = side.coordinate_sigma_px.data[i];
+    return std::isfinite(sigma) ? sigma * sigma : 0.0;
   }
+  double noise_variance(std::size_t i) const {
+    return per_px_ * per_px_ * (variance_px2(real_, i) + variance_px2(simulated_, i));
+  }
+  /// Returns the place in the projector's image where a pixel's ripple is: the mean of both sides, each
+  /// weighed by its noise, the noise of which has nothing to do with that of their difference. Taken at the
+  /// place of one side, noise itself ripples where phases that ripple crowd (docs/metrics/verdict.md).
+  double place_px(std::size_t i) const {
+    const double r = variance_px2(real_, i), s = variance_px2(simulated_, i);
+    const double x = real_px(i);
+    return r > 0.0 ? x + r / (r + s) * (static_cast<double>(simulated_.coordinate_px.data[i]) - x) : x;
+  }
+  double real_px(std::size_t i) const { return static_cast<double>(real_.coordinate_px.data[i]); }
 
   /// Adds up the normal equations, rows in order: the same for any number of threads. `interior`: of its
   /// pixels only, each weighted by its noise; null: of all pixels, alike.
@@ -167,9 +186,9 @@ class PhaseBudgetFit {
         if (std::isnan(d) || (interior && (*interior)(x, y) == 0)) continue;
         const std::size_t i = difference_.index(x, y);
         const double noise = noise_variance(i);
-        if (interior && !(noise > 0.0)) continue;
+        if (interior && !(noise > 0.0 && std::isfinite(real_.coordinate_sigma_px.data[i]))) continue;
         const double weight = interior ? 1.0 / std::sqrt(noise) : 1.0;
-        ripple_.basis(real_.coordinate_px.data[i], f.col(filled).data());
+        ripple_.basis(interior ? place_px(i) : real_px(i), f.col(filled).data());
         if (interior) f.col(filled) *= weight;
         differences[filled] = weight * d;
         s.d += d, s.d2 += d * d, s.noise += noise, s.information += weight * weight;
@@ -206,7 +225,7 @@ class PhaseBudgetFit {
           const auto d = static_cast<double>(difference_(x, y));
           if (std::isnan(d)) continue;
           const std::size_t i = difference_.index(x, y);
-          ripple_.basis(real_.coordinate_px.data[i], f.data());
+          ripple_.basis(real_px(i), f.data());
           sum += d - solution_.dot(f);
           noise += noise_variance(i);
           ++n;

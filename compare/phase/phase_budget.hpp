@@ -35,6 +35,7 @@ struct RippleTest {
   double brightness_chi2 = kNaN;  ///< orders 1 and 2 of the pitches; NaN where harmonics have these orders
   double harmonic_chi2 = kNaN;    ///< the alias order and its double
   int order = 1;                  ///< the alias order
+  int strongest = 1;              ///< it or its double, whichever has more of the ripple
   int functions = 0;              ///< of each of the two groups
   double information = 0.0;       ///< sum of 1/variance, rad^-2
 };

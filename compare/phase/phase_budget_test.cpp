@@ -34,7 +34,7 @@ constexpr double kPitch = 60.0, kAmplitude = 46.3;
 
 struct Bench {
   Twin twin;
-  double noise_dn = 0.6, fifth_dn = 2.14;
+  double noise_dn = 0.6, fifth_dn = 2.14, eleventh_dn = 0.0;
   double flicker = 0.0;  ///< step 3 is brighter by this share
   unsigned seed = 3;
 
@@ -66,7 +66,8 @@ struct Bench {
             v += 60.0 * (2.0 * pattern_value(twin.fringes, spec, c) - 1.0);
           } else {
             const double theta = kTwoPi * ((c - 30.0) / kPitch + spec.step / 12.0);
-            v += kAmplitude * std::cos(theta) + fifth_dn * std::cos(5.0 * theta);
+            v += kAmplitude * std::cos(theta) + fifth_dn * std::cos(5.0 * theta) +
+                 eleventh_dn * std::cos(11.0 * theta);
             v = v * (1.0 + (spec.step == 3 ? flicker : 0.0)) + noise_dn * normal(random);
           }
           image(x, y) = static_cast<float>(v);
@@ -193,6 +194,27 @@ TEST(RippleTest, NoiseTakesOneAFunction) {
   EXPECT_NEAR(t.information / (41'536.0 / (2.0 * 2.0 / 6.0 * std::pow(0.6 / kAmplitude, 2))), 1.0, 0.03);
 }
 
+// Phases of a fringe with a strong harmonic crowd where it makes them slow: at the place that the noisy side
+// tells, noise of 0.04 rad by itself would ripple by 3 mrad there, 15 to 30 times what chance makes of it.
+TEST(RippleTest, NoiseOnFringesThatRippleIsNone) {
+  for (const double simulated_noise_dn : {3.0, 0.5}) {
+    Bench real, simulated;
+    real.fifth_dn = simulated.fifth_dn = 4.0;
+    real.noise_dn = 3.0;
+    simulated.noise_dn = simulated_noise_dn;
+    simulated.seed = 11;
+    const measure::DirectionDecode a = real.decoded(kOdd), b = simulated.decoded(kOdd);
+    const ImageU8 interior(kWidth, kHeight, 1);
+    const RippleTest t = test_ripple(real.twin, a, b, kOdd, interior, texture_shift(a, b)).value();
+    EXPECT_LT(t.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+    EXPECT_LT(t.brightness_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+    real.fifth_dn = 4.1;  // 2 mrad more are seen
+    const RippleTest more =
+        test_ripple(real.twin, real.decoded(kOdd), b, kOdd, interior, texture_shift(a, b)).value();
+    EXPECT_GT(more.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+  }
+}
+
 TEST(RippleTest, AHarmonicFarBelowTheNoiseOfAPixelIsSeen) {
   Bench wrong;
   wrong.fifth_dn = 0.04;  // ripple of 0.04/46.3 rad = 0.08 of the noise of a pixel of the difference
@@ -200,6 +222,14 @@ TEST(RippleTest, AHarmonicFarBelowTheNoiseOfAPixelIsSeen) {
   // n a^2/2 over sigma^2, on one of four functions' pairs: 41,536 * (8.6e-4)^2 / 2 / (1.06e-2)^2 / 4
   EXPECT_NEAR(t.harmonic_chi2, 1.0 + 34.5, 18.0);
   EXPECT_LT(t.brightness_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+}
+
+TEST(RippleTest, NamesTheLargerOrder) {
+  Bench wrong;
+  wrong.fifth_dn = 0.1;
+  EXPECT_EQ(ripple_between(wrong, kEven).strongest, 6);
+  wrong.eleventh_dn = 0.2;
+  EXPECT_EQ(ripple_between(wrong, kEven).strongest, 12);
 }
 
 TEST(RippleTest, AnImageThatIsALittleTooBrightIsSeen) {

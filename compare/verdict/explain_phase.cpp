@@ -134,7 +134,7 @@ void judge_ripple(const RippleTest& ripple, const RenderingError& rendering, con
   if (row.harmonic_chi2 > row.ripple_limit)
     row.worsen(kNotExplained, fmt::format("the phase ripples {} times per fringe ({:.3g} times what noise "
                                           "does): the real fringes are not the waveform of the twin",
-                                          ripple.order, row.harmonic_chi2));
+                                          ripple.strongest, row.harmonic_chi2));
 }
 
 }  // namespace fringetwin::compare

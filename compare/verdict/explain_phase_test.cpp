@@ -180,8 +180,8 @@ TEST(ExplainPhase, TooLittlePhaseNoiseMakesTheBudgetTooWide) {
 TEST(ExplainPhase, ARippleBeyondNoiseIsNot) {
   Phases p = noisy_phases(kSigmaPx, 0.0);
   p.real.noise_dn = p.simulated.noise_dn = 4.0;
-  const RippleTest noise{1.5, 0.5, 4, 12, 1e8}, flicker{3.2, 0.5, 4, 12, 1e8},
-      waveform{1.5, 21.0, 4, 12, 1e8};
+  const RippleTest noise{1.5, 0.5, 4, 4, 12, 1e8}, flicker{3.2, 0.5, 4, 4, 12, 1e8},
+      waveform{1.5, 21.0, 2, 4, 12, 1e8};
   const auto judged = [&](const RippleTest& ripple, const RenderingError& rendering = {}) {
     ExplainedRow row = phase_of(p);
     judge_ripple(ripple, rendering, p.real, p.simulated, row);
@@ -234,7 +234,7 @@ TEST(ExplainPhase, TheLimitFollowsFromHowWellTheNoiseIsKnown) {
 TEST(ExplainPhase, ShiftsFromPlaceToPlaceMayRipple) {
   Phases p = noisy_phases(kSigmaPx, 0.0);
   p.real.noise_dn = p.simulated.noise_dn = 4.0;
-  const RippleTest ripple{4.0, 0.5, 4, 12, 1e8};
+  const RippleTest ripple{4.0, 0.5, 4, 4, 12, 1e8};
   const auto judged = [&](double regional_chi2) {
     ExplainedRow row = phase_of(p);
     EXPECT_GT(row.n_regions, 0u);
