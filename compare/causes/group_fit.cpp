@@ -114,6 +114,13 @@ bool GroupFit::start_at(const Eigen::VectorXd& values) {
   return true;
 }
 
+void GroupFit::move_to(const Eigen::VectorXd& values) {
+  set_values(values);
+  for (std::size_t k = 0; k < known_.size(); ++k)
+    if (known_[k].told) known_[k].value = values[static_cast<Eigen::Index>(k)];
+  chi2_ = settled_chi2(base_, free_of(blocks_.back()), false) / static_cast<double>(n_);
+}
+
 void GroupFit::use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at) {
   columns_ = std::move(columns);
   columns_at_ = at;

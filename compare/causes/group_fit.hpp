@@ -62,6 +62,8 @@ class GroupFit {
 
   /// Begins at these values instead, if they fit better; returns whether they do.
   bool start_at(const Eigen::VectorXd& values);
+  /// Takes these values, whatever they fit, with the standard errors as they are.
+  void move_to(const Eigen::VectorXd& values);
   /// Uses these derivatives, in the order of the parameters, for the first steps instead of rendering them;
   /// `at`: the values that they belong to.
   void use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at);

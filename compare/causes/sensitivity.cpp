@@ -429,8 +429,11 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vect
                                                const Eigen::VectorXd& values, std::size_t at,
                                                const Values& base) const {
   const Parameter& parameter = parameters[at];
-  const double up = std::min(values[at] + parameter.step, parameter.largest),
-               down = std::max(values[at] - parameter.step, parameter.smallest);
+  const bool bends = std::ranges::any_of(parameters, &Parameter::is_of_sensor);
+  const double step =
+                   parameter.harmonic > 0 && !bends ? 1.0 : parameter.step,  // linear: a long one rounds less
+      up = std::min(values[at] + step, parameter.largest),
+               down = std::max(values[at] - step, parameter.smallest);
   const Twin fitted = with_values(twin, parameters, values);
   const Effects sensors{twin, fitted, parameters, values};
   Values out = zeros(base);
@@ -468,7 +471,7 @@ Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Para
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
                                         Derivative derivative, double& found) const {
   const Parameter& parameter = parameters[at];
-  if (parameter.effect) return closed_column(twin, parameters, values, at, base);
+  if (tells_derivative(parameter)) return closed_column(twin, parameters, values, at, base);
   const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange,
                longer = wanted / kWantedChange;  // than a quick derivative's step
   // as far as a step may grow: a thousand times what suits a rig of usual size
@@ -542,12 +545,31 @@ Sensitivity::Values Sensitivity::scaled_column(const Values& other, const Parame
   return out;
 }
 
+void Sensitivity::find_unit_sums(const Twin& fitted, const std::vector<Parameter>& parameters) {
+  const int points = derivative_samples(fitted, parameters);
+  if (std::ranges::find(parameters, "raster", &Parameter::group) != parameters.end())
+    find_waves(renderer_, fitted, points, samples_);
+  int highest = 0;
+  for (const Parameter& p : parameters)
+    highest = std::max({highest, p.harmonic, p.does_as ? p.does_as->harmonic : 0});
+  const bool are_late_or_move = std::ranges::any_of(
+      parameters, [](const Parameter& p) { return p.group == "timing" || p.group == "motion"; });
+  if (highest > 0 && harmonics_are_fringes(fitted) && !are_late_or_move)
+    find_harmonics(renderer_, fitted, highest, points, samples_);
+  else
+    for (GridSamples& s : samples_) s.harmonics = nullptr, s.highest_harmonic = 1;
+}
+
+bool Sensitivity::tells_derivative(const Parameter& p) const {
+  return p.effect && std::ranges::all_of(samples_, [&](const GridSamples& s) {
+           return p.harmonic == 0 || p.harmonic <= s.highest_harmonic;
+         });
+}
+
 Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
                                           const Eigen::VectorXd& values, Derivative derivative,
                                           std::vector<double> steps) {
-  if (std::ranges::find(parameters, "raster", &Parameter::group) != parameters.end())
-    find_waves(renderer_, with_values(twin, parameters, values), derivative_samples(twin, parameters),
-               samples_);
+  find_unit_sums(with_values(twin, parameters, values), parameters);
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
   Columns out{
       predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};
@@ -588,13 +610,14 @@ Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
                                                         const Eigen::VectorXd& values,
                                                         const std::vector<std::size_t>& pose,
                                                         const std::function<void(std::size_t)>& after) {
+  find_unit_sums(with_values(twin, parameters, values), parameters);
   Columns out{predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, {}};
   for (const Parameter& p : parameters) out.steps.push_back(p.step);
   out.each.resize(parameters.size());
   std::size_t done = 0;
   const auto fill = [&](bool closed) {
     for (std::size_t k = 0; k < parameters.size(); ++k) {
-      if (static_cast<bool>(parameters[k].effect) != closed) continue;
+      if (tells_derivative(parameters[k]) != closed) continue;
       out.each[k] = column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
       after(++done);
     }

@@ -207,6 +207,10 @@ class Sensitivity {
                        const Eigen::VectorXd& values, std::size_t at, const Values& base) const;
   /// Returns whether the places in the projector's image that light the samples are known.
   bool knows_places() const;
+  /// Fills what the effects of these parameters need of their samples (find_waves(), find_harmonics()).
+  void find_unit_sums(const Twin& fitted, const std::vector<Parameter>& parameters);
+  /// Returns whether the parameter's effect tells its derivative.
+  bool tells_derivative(const Parameter& parameter) const;
   /// Returns the column of a parameter that does as another one whose column is `other` (Parameter::times).
   Values scaled_column(const Values& other, const Parameter& parameter) const;
   std::vector<float> irradiance_of(const Twin& twin, const GridSamples& samples, int points) const;

@@ -21,7 +21,7 @@ using calib::NoiseSample;
 
 constexpr double kRough = 4.0;  // texture: more than this many sigmas of what white noise does
 constexpr std::size_t kMaxSamples = 2'000'000;
-constexpr std::size_t kFewest = 400;
+constexpr std::size_t kFewestOfLevel = 400;
 constexpr std::size_t kFewestInLevel = 200, kFewestInCell = 50;
 constexpr int kLevels = 32;
 constexpr int kFewestGroups = 12;  // too few blocks of the image say nothing about correlation
@@ -40,7 +40,7 @@ struct Spread {
 /// together) and is never below that of independent values.
 Spread spread_of(const std::vector<NoiseSample>& z) {
   Spread out;
-  if (z.size() < kFewest) return out;
+  if (z.size() < kFewestOfLevel) return out;
   out.value = std::sqrt(calib::noise_variance(z).value);
   out.cut = calib::kCutSigmas * out.value;
   std::array<double, calib::kBlocks> square{}, n{};
@@ -51,7 +51,7 @@ Spread spread_of(const std::vector<NoiseSample>& z) {
   }
   const double all = std::accumulate(n.begin(), n.end(), 0.0), variance = out.value * out.value;
   out.n = static_cast<std::uint64_t>(all);
-  if (out.n < kFewest) return {};
+  if (out.n < kFewestOfLevel) return {};
   double sum = 0.0;
   int groups = 0;
   for (std::size_t b = 0; b < n.size(); ++b)

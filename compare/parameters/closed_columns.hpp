@@ -35,6 +35,14 @@ std::vector<Parameter> raster_parameters(const Twin& twin);
 /// points per pixel.
 void find_waves(render::Renderer& renderer, const Twin& twin, int points, std::vector<GridSamples>& samples);
 
+/// Returns whether fringes of their own are all that harmonics bring: exposures that reach into other images,
+/// things that move, pixels that are seen and light below surfaces are rendered.
+bool harmonics_are_fringes(const Twin& twin);
+/// Fills GridSamples::harmonics of all samples up to this order from one rendering, which the effects of
+/// harmonic_parameter() need (harmonic_columns.cpp).
+void find_harmonics(render::Renderer& renderer, const Twin& twin, int highest, int points,
+                    std::vector<GridSamples>& samples);
+
 /// Returns whether exposures may reach into another pattern, whose light an image then has, too.
 bool sees_other_patterns(const Twin& twin);
 

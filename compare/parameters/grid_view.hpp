@@ -71,6 +71,9 @@ struct GridSamples {
   /// Of each wave of the raster, by direction, pitch and order: its cosine and its sine in each pixel, per
   /// unit of the wave, which copies share; null unless find_waves().
   std::shared_ptr<const std::vector<std::vector<float>>> waves = {};
+  /// The same of the harmonics 2 ... highest_harmonic of each pitch; null unless find_harmonics().
+  std::shared_ptr<const std::vector<std::vector<float>>> harmonics = {};
+  int highest_harmonic = 1;
   std::size_t n_pixels() const { return cell.size(); }
   /// Returns the variance that bounces leave in a value of the k-th image.
   double scatter_of(std::size_t k) const {

@@ -64,6 +64,9 @@ struct Parameter {
   std::shared_ptr<const Parameter> does_as = {};
   std::function<double(const Eigen::Vector2d& projector_px)> times = {};
   std::optional<int> only_image = {};
+  /// Order of the harmonic of the fringes that `effect` is made of, which needs GridSamples::harmonics up to
+  /// there; 0: none.
+  int harmonic = 0;
 
   /// Returns the value, or its standard error, as a user reads it: of a variance the root.
   double shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }

@@ -27,14 +27,6 @@ constexpr double kSmallestContrast = 1e-3;
 constexpr double kLeastBlurOfHaloPx2 = 0.01;
 constexpr double kLeastBlurPx2 = 1e-6;  ///< where the field of a blur is narrowest
 
-/// Adds to a part of a harmonic of the fringes of every pitch.
-void add_to_harmonic(Twin& twin, int order, double Harmonic::*part, double change) {
-  for (DirectionFringes& d : twin.fringes.directions) {
-    d.harmonics.resize(d.pitches_px.size());
-    for (Harmonics& list : d.harmonics) add_to_part(list, order, part, change);
-  }
-}
-
 /// Adds to what a harmonic has more per term of the field, of the fringes of every direction.
 void add_to_field(Twin& twin, std::size_t term, int order, double Harmonic::*part, double change) {
   for (DirectionFringes& d : twin.fringes.directions) {
@@ -256,15 +248,6 @@ class ParameterList : private GroupList {
 };
 
 }  // namespace
-
-Parameter harmonic_parameter(const Twin& twin, int order, double Harmonic::*part) {
-  return {.group = "harmonics",
-          .name = fmt::format("projector.harmonic.{}{}", order, name_of_part(part)),
-          .unit = "",
-          .start = harmonic_part(twin.fringes.directions.front().harmonics_of(0), order, part),
-          .step = 1e-3,
-          .change = [order, part](Twin& t, double d) { add_to_harmonic(t, order, part, d); }};
-}
 
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps) {

@@ -3,10 +3,9 @@
 // all of them.
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "compare/parameters/closed_columns.hpp"
 #include "compare/parameters/harmonic_parts.hpp"
+#include "compare/parameters/unit_sums.hpp"
 #include "render/pattern/raster_waves.hpp"
 
 namespace fringetwin::compare {
@@ -46,8 +45,7 @@ void add_wave(const WavePart& of, const EffectInput& in, std::vector<float>& irr
   if (!s.waves) return;
   const Twin unit = with_waves(in.fitted, of);
   const std::vector<PatternSpec> sequence = expand_sequence(unit.fringes);
-  const std::size_t n = s.images.size();
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < s.images.size(); ++k) {
     const auto image = static_cast<std::size_t>(s.images[k]);
     const PatternSpec& spec = sequence[image];
     if (spec.kind != PatternSpec::Kind::phase_step ||
@@ -57,10 +55,7 @@ void add_wave(const WavePart& of, const EffectInput& in, std::vector<float>& irr
     const double times = (in.to - in.from) * factor_of(in.fitted.projector->light_factors, image) *
                          factor_of(in.fitted.cameras[s.camera].exposure_factors, image);
     const std::vector<float>& sums = s.waves->at(place_of(unit.fringes, spec, of.wave));
-    const auto c = static_cast<float>(times * term.cosine), minus_s = static_cast<float>(-times * term.sine);
-#pragma omp parallel for schedule(static)
-    for (std::size_t p = 0; p < s.n_pixels(); ++p)
-      irradiance[p * n + k] += c * sums[2 * p] + minus_s * sums[2 * p + 1];
+    add_sums(s, sums, k, times * term.cosine, -times * term.sine, irradiance);
   }
 }
 
@@ -120,23 +115,8 @@ std::vector<Parameter> raster_parameters(const Twin& twin) {
 void find_waves(render::Renderer& renderer, const Twin& twin, int points, std::vector<GridSamples>& samples) {
   const Twin all = with_waves(twin, {});
   if (!all.projector || !all.fringes.has_raster()) return;
-  Twin view = render::showing_waves(all);
-  for (Camera& camera : view.cameras) camera.exposure_factors.clear(), camera.timing.reset();
-  for (Object& object : view.objects) object.motion = {};
-  const double amplitude = view.fringes.amplitude;
-  for (GridSamples& s : samples) {
-    const std::vector<ImageF> images = render_grid(renderer, view, s.camera, s.grid, points);
-    std::vector<std::vector<float>> waves(images.size() / 3, std::vector<float>(2 * s.n_pixels()));
-    for (std::size_t w = 0; w < waves.size(); ++w)  // m + A (C cos(2 pi n/3) - S sin(2 pi n/3))
-      for (std::size_t p = 0; p < s.n_pixels(); ++p) {
-        const auto e = [&](std::size_t n) {
-          return static_cast<double>(images[3 * w + n].data[s.cell[p]]) / amplitude;
-        };
-        waves[w][2 * p] = static_cast<float>((2.0 * e(0) - e(1) - e(2)) / 3.0);
-        waves[w][2 * p + 1] = static_cast<float>((e(2) - e(1)) / std::sqrt(3.0));
-      }
-    s.waves = std::make_shared<const std::vector<std::vector<float>>>(std::move(waves));
-  }
+  const Twin view = render::showing_waves(all);
+  for (GridSamples& s : samples) s.waves = render_unit_sums(renderer, view, s, points);
 }
 
 }  // namespace fringetwin::compare

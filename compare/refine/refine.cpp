@@ -17,6 +17,7 @@
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
 #include "compare/refine/says_now_and_then.hpp"
+#include "compare/refine/settled_harmonics.hpp"
 #include "compare/verdict/explain_code.hpp"
 #include "compare/verdict/explained.hpp"
 #include "report/text.hpp"
@@ -141,7 +142,8 @@ class Refiner {
       : twin_(asks_for_halo(asked) ? with_empty_halo(twin) : twin),
         real_(real),
         simulated_(simulated),
-        sensitivity_(*options.renderer, collect(options, asked)) {
+        options_(options),
+        sensitivity_(*options.renderer, collect(asked, false)) {
     keeps_gain_ = is_asked(asked, "gain");
     keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
@@ -182,6 +184,7 @@ class Refiner {
     refuse_what_cannot_be_told(fit);
     fit_what_is_told(fit);
     refuse_what_cannot_be_told(fit);
+    settle_harmonics(fit);
     Refined out = finish(fit);
     if (worse == WhatIsWorse::stays) {
       out.report.n = parameters_.empty() ? fit.n_of_all() : fit.n();
@@ -198,24 +201,27 @@ class Refiner {
   }
 
  private:
-  std::vector<GridSamples> collect(const CompareOptions& options, const std::vector<std::string>& asked) {
+  /// `of_harmonics`: as many pixels as settle_harmonics() looks at.
+  std::vector<GridSamples> collect(const std::vector<std::string>& asked, bool of_harmonics) {
     std::vector<std::string> warnings;
     std::string reasons;
     std::vector<GridSamples> samples;
-    const std::vector<GrayPair> pairs = pair_gray(twin_, real_, simulated_, options, warnings);
+    const std::vector<GrayPair> pairs = pair_gray(twin_, real_, simulated_, options_, warnings);
     for (std::size_t c = 0; c < pairs.size(); ++c) {
       const measure::CameraDecode *real_decode = decode_of(real_, c), *sim_decode = decode_of(simulated_, c);
-      const GrayNoise noise(pairs[c], real_decode, options.use_steps);
+      const GrayNoise noise(pairs[c], real_decode, options_.use_steps);
       const GainFit fit = fit_gain(pairs[c], warnings, &noise);
       if (!fit.has_line() || pairs[c].real->radiance) {
         const std::string why = fit.has_line() ? "the real images are irradiance" : fit.row.why;
         reasons += fmt::format("{}{}: {}", reasons.empty() ? "" : "; ", pairs[c].camera->name, why);
         continue;
       }
+      const std::vector<int> images =
+          asks_for_halo(asked) ? pairs[c].gain_and_code_images() : pairs[c].gain_images;
       GridSamples grid = grid_samples(
           pairs[c], c, fit, noise, interior_mask(pairs[c].mask, real_decode, sim_decode),
-          rendering_error(*pairs[c].camera, options.rendered, fit.row.gain_dn).with_edges_dn, kPixels,
-          asks_for_halo(asked) ? pairs[c].gain_and_code_images() : pairs[c].gain_images);
+          rendering_error(*pairs[c].camera, options_.rendered, fit.row.gain_dn).with_edges_dn,
+          of_harmonics ? kMostSettledValues / std::max<std::size_t>(1, images.size()) : kPixels, images);
       if (grid.n_pixels() == 0) {
         reasons += fmt::format("{}{}: no pixel lies inside a surface that both sides share",
                                reasons.empty() ? "" : "; ", pairs[c].camera->name);
@@ -229,9 +235,9 @@ class Refiner {
           ExitCode::input, "--refine",
           "no camera has gray values to refine by" + (reasons.empty() ? "" : " (" + reasons + ")"),
           "compare without --refine first and look at the report");
-    if (std::ranges::any_of(chosen_parameters(twin_, asked), is_of_field))
-      find_projector_places(*options.renderer, twin_, samples);
-    find_room_light(*options.renderer, twin_, samples);
+    if (!of_harmonics && std::ranges::any_of(chosen_parameters(twin_, asked), is_of_field))
+      find_projector_places(*options_.renderer, twin_, samples);
+    find_room_light(*options_.renderer, twin_, samples);
     return samples;
   }
 
@@ -334,6 +340,27 @@ class Refiner {
       report_.warnings.push_back(
           fmt::format("{}: what is left is not explained ({}): the values are not to be trusted", asked,
                       fit.unexplained()));
+  }
+
+  /// Settles the harmonics of all fringes at many more pixels than the fit looked at, where there are.
+  void settle_harmonics(GroupFit& fit) {
+    std::vector<bool> told;
+    for (const GroupFit::Known& known : fit.known()) told.push_back(known.told);
+    if (!can_settle_harmonics(twin_, parameters_, told)) return;
+    std::vector<GridSamples> samples = collect(report_.asked, true);
+    const auto n_pixels = [](const std::vector<GridSamples>& of) {
+      std::size_t n = 0;
+      for (const GridSamples& s : of) n += s.n_pixels();
+      return n;
+    };
+    if (samples.size() != sensitivity_.samples().size() ||
+        n_pixels(samples) < 2 * n_pixels(sensitivity_.samples()))
+      return;
+    Sensitivity all(*options_.renderer, std::move(samples));
+    all.free_in_all(free_per_pixel(report_.own));
+    all.take_sensors(sensitivity_.samples());
+    if (hold_gain_) all.refer_curves_to_gain();
+    fit.move_to(with_settled_harmonics(all, twin_, parameters_, told, fit.values(), hold_gain_));
   }
 
   /// Returns which exposures are late or early by what noise makes of those on time. Both ways they see less
@@ -498,6 +525,7 @@ class Refiner {
 
   Twin twin_;
   const Side &real_, &simulated_;
+  const CompareOptions& options_;
   bool provisional_ = false;  ///< a camera's line comes from its amplitudes; collect() sets it
   Sensitivity sensitivity_;
   std::vector<Parameter> parameters_, switches_;

@@ -3,15 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "render/pattern/unit_fringes.hpp"
 #include "twin/base/constants.hpp"
-#include "twin/base/errors.hpp"
 
 namespace fringetwin::render {
 namespace {
 
 constexpr double kLeastTurns = 1e-9;  // per fringe: a wave that stands still has a pitch all the same
-constexpr double kAmplitude = 0.5;    // of the waves that are traced
 
 // Returns the sum of the sizes of a direction's waves, the largest of all directions.
 double size_of_waves(const Twin& twin) {
@@ -48,20 +48,7 @@ RasterWave raster_wave(const Twin& twin, const DirectionFringes& direction, std:
 }
 
 Twin showing_waves(const Twin& twin) {
-  FT_CHECK(twin.projector.has_value(), "a projector that lights the scene");
-  Twin view = twin;
-  view.projector->response = {};
-  view.projector->halo.clear();
-  view.projector->image_shifts_px.clear();
-  view.projector->light_factors.clear();
-  view.projector->ambient_factors.clear();
-  view.room = {};
-  view.fringes = {.directions = {},
-                  .steps = 3,
-                  .unwrap = Unwrap::none,
-                  .mean = kAmplitude,
-                  .amplitude = kAmplitude,
-                  .images = {}};
+  std::vector<DirectionFringes> directions;
   for (const DirectionFringes& d : twin.fringes.directions) {
     if (!d.raster.has_any()) continue;
     for (std::size_t p = 0; p < d.pitches_px.size(); ++p) {
@@ -72,9 +59,11 @@ Twin showing_waves(const Twin& twin) {
                                    std::max(std::abs(raster_wave(twin, d, p, k).turns), kLeastTurns));
         waves.phase_origin_px.push_back(d.phase_origin_px[p]);
       }
-      view.fringes.directions.push_back(std::move(waves));
+      directions.push_back(std::move(waves));
     }
   }
+  Twin view = showing_fringes(twin, std::move(directions));
+  view.projector->halo.clear();
   return view;
 }
 
@@ -82,7 +71,7 @@ Sampling sampling_of_waves(const Twin& twin, const Sampling& sampling) {
   constexpr double kMostPhaseError = 0.1, kMostGrayError = 0.02;
   Sampling out = sampling;
   out.phase_error_rad = std::min(sampling.phase_error_rad / share_of_waves(twin), kMostPhaseError);
-  out.gray_error = std::min(sampling.gray_error * kAmplitude / size_of_waves(twin), kMostGrayError);
+  out.gray_error = std::min(sampling.gray_error * kUnitLevel / size_of_waves(twin), kMostGrayError);
   return out;
 }
 
@@ -106,7 +95,7 @@ void take_waves(const Twin& twin, Transport seen, Transport& transport) {
   transport.repeated_dispatches += seen.repeated_dispatches;
   if (!seen.estimate) transport.estimate.reset();
   if (!transport.estimate) return;
-  const double share = size_of_waves(twin) / kAmplitude;
+  const double share = size_of_waves(twin) / kUnitLevel;
   // a wave that pixels leave nothing of has no phase, and its error is no larger than itself
   transport.estimate->phase_rad += share_of_waves(twin) * std::min(1.0, seen.estimate->phase_rad);
   transport.estimate->gray += share * seen.estimate->gray;
