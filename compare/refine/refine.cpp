@@ -180,6 +180,7 @@ class Refiner {
     GroupFit fit(sensitivity_, twin_, parameters_,
                  {.hold_gain = hold_gain_, .exact = true, .on_step = SaysNowAndThen{}});
     fit.start_at(begin);
+    hold_what_offsets_hold(fit);
     lower_the_field(fit);
     refuse_what_cannot_be_told(fit);
     fit_what_is_told(fit);
@@ -286,6 +287,22 @@ class Refiner {
     if (const std::string alike = fit.cannot_be_told(); !alike.empty())
       throw UserError(ExitCode::usage, "--refine", "the images cannot tell these apart: " + alike,
                       "refine fewer of them at a time");
+  }
+
+  /// Holds harmonics that are the same in every image, the order of the steps, where each pixel has an
+  /// offset.
+  void hold_what_offsets_hold(GroupFit& fit) {
+    if (!report_.own.offset || twin_.fringes.steps == 0) return;
+    std::vector<std::size_t> same;
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      if (parameters_[k].harmonic > 0 && parameters_[k].harmonic % twin_.fringes.steps == 0) {
+        same.push_back(k);
+        held_.push_back(k);
+        report_.notes.push_back(
+            parameters_[k].name +
+            " stays at the twin's value: it is the same in all images of a pixel, as its offset");
+      }
+    if (!same.empty()) fit.hold(same);
   }
 
   /// Holds the highest orders of a field while the images cannot tell all apart: what is seen of the
