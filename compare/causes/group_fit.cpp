@@ -74,6 +74,11 @@ void GroupFit::set_values(const Eigen::VectorXd& values) {
   base_ = predict(values_);
 }
 
+void GroupFit::set_values_and_chi2(const Eigen::VectorXd& values) {
+  set_values(values);
+  chi2_ = settled_chi2(base_, free_of(blocks_.back()), false) / static_cast<double>(n_);
+}
+
 FreePerPixel GroupFit::free_of(const Block& block) const { return sensitivity_.with_own(block.free); }
 
 std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
@@ -115,10 +120,9 @@ bool GroupFit::start_at(const Eigen::VectorXd& values) {
 }
 
 void GroupFit::move_to(const Eigen::VectorXd& values) {
-  set_values(values);
+  set_values_and_chi2(values);
   for (std::size_t k = 0; k < known_.size(); ++k)
     if (known_[k].told) known_[k].value = values[static_cast<Eigen::Index>(k)];
-  chi2_ = settled_chi2(base_, free_of(blocks_.back()), false) / static_cast<double>(n_);
 }
 
 void GroupFit::use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at) {
@@ -380,10 +384,8 @@ bool GroupFit::leave_out_what_is_not_told() {
       any = true;
     }
   }
-  if (!any) return false;
-  set_values(values);
-  chi2_ = settled_chi2(base_, free_of(blocks_.back()), false) / static_cast<double>(n_);
-  return true;
+  if (any) set_values_and_chi2(values);
+  return any;
 }
 
 /// Writes down what is known of a block's parameters.

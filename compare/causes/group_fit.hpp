@@ -146,6 +146,8 @@ class GroupFit {
   };
 
   void set_values(const Eigen::VectorXd& values);
+  /// The same with chi2() of what is predicted there.
+  void set_values_and_chi2(const Eigen::VectorXd& values);
   std::optional<std::size_t> grows_with(std::size_t parameter) const;
   double growth_of(std::size_t parameter) const;
   bool refers_curves_to_gain();

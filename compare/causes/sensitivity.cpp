@@ -430,9 +430,9 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vect
                                                const Values& base) const {
   const Parameter& parameter = parameters[at];
   const bool bends = std::ranges::any_of(parameters, &Parameter::is_of_sensor);
-  const double step =
-                   parameter.harmonic > 0 && !bends ? 1.0 : parameter.step,  // linear: a long one rounds less
-      up = std::min(values[at] + step, parameter.largest),
+  // harmonics are linear: of a long step less is rounded away
+  const double step = parameter.harmonic > 0 && !bends ? 1.0 : parameter.step;
+  const double up = std::min(values[at] + step, parameter.largest),
                down = std::max(values[at] - step, parameter.smallest);
   const Twin fitted = with_values(twin, parameters, values);
   const Effects sensors{twin, fitted, parameters, values};

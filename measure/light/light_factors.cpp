@@ -193,11 +193,7 @@ class PitchLight {
     }
   }
 
-  double weight(const StepFringe& f) const {
-    const double level = f.mean + options_.black_level_dn,
-                 variance = options_.variance_offset_dn2 + options_.variance_per_dn * level;
-    return 1.0 / std::max(variance, kLeastVariance);
-  }
+  double weight(const StepFringe& f) const { return options_.weight(f.mean); }
 
   /// Sets the scale of a pixel's residual beyond which it weighs less, from the middle of all.
   void robust_scale() {
@@ -417,6 +413,12 @@ LightOptions light_options(const Sensor& sensor, double min_modulation_dn) {
   options.variance_offset_dn2 = std::pow(sensor.read_noise_dn.value_or(0.0), 2) -
                                 options.variance_per_dn * sensor.black_level_dn + kRoundingVariance;
   return options;
+}
+
+double LightOptions::weight(double over_black_dn) const {
+  const double level = over_black_dn + black_level_dn,
+               variance = variance_offset_dn2 + variance_per_dn * level;
+  return 1.0 / std::max(variance, kLeastVariance);
 }
 
 bool LightFactors::differ() const {

@@ -23,6 +23,8 @@ struct LightOptions {
   double variance_offset_dn2 = 1.0, variance_per_dn = 0.0;
   /// Whether shifts of the fringes from image to image are told, too (six steps or more).
   bool with_shifts = false;
+  /// Returns one over the variance of gray values of this mean level over black.
+  double weight(double over_black_dn) const;
   bool operator==(const LightOptions&) const = default;
 };
 

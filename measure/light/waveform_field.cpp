@@ -30,8 +30,9 @@ constexpr std::array<Eigen::Index, 4> kTermsUpTo{1, 6, 10, 15};  ///< constant; 
 
 /// Returns Legendre's polynomials of the orders 0 ... 4.
 std::array<double, 5> legendre(double x) {
-  const double x2 = x * x;
-  return {1.0, x, 1.5 * x2 - 0.5, (2.5 * x2 - 1.5) * x, (4.375 * x2 - 3.75) * x2 + 0.375};
+  std::array<double, 5> out;
+  for (unsigned order = 0; order < out.size(); ++order) out[order] = std::legendre(order, x);
+  return out;
 }
 
 struct FieldSums {
@@ -114,13 +115,16 @@ class WaveformFieldFit {
   int tiles_across() const { return (width() + kFieldTilePx - 1) / kFieldTilePx; }
   int tiles_down() const { return (height() + kFieldTilePx - 1) / kFieldTilePx; }
 
-  /// Reads a pixel's steps over black; returns whether it is lit and none of them is clipped.
+  /// Reads a pixel's steps over black; returns whether none of them is clipped.
   bool read(std::size_t pixel, Eigen::VectorXd& values) const {
     for (Eigen::Index k = 0; k < values.size(); ++k) {
       const auto dn = static_cast<double>(images_[static_cast<std::size_t>(k)]->data[pixel]);
       if (!(dn < clipped_dn_) || !(dn > 0.0)) return false;
       values[k] = dn - options_.black_level_dn;
     }
+    return true;
+  }
+  bool is_lit(const Eigen::VectorXd& values) const {
     return steps_.sinusoid(values).amplitude >= options_.min_amplitude;
   }
 
@@ -133,7 +137,7 @@ class WaveformFieldFit {
       Eigen::VectorXd values(steps_.count());
       for (int y = y0; y < std::min(y0 + kFieldTilePx, height()); ++y)
         for (int x = x0; x < std::min(x0 + kFieldTilePx, width()); ++x)
-          if (const std::size_t pixel = images_.front()->index(x, y); read(pixel, values))
+          if (const std::size_t pixel = images_.front()->index(x, y); read(pixel, values) && is_lit(values))
             tiles_[t].push_back(static_cast<std::uint32_t>(pixel));
     }
     for (const auto& tile : tiles_) n_pixels_ += tile.size();
@@ -174,11 +178,7 @@ class WaveformFieldFit {
   }
 
   /// Returns one over the noise of a pixel's values, by their mean level.
-  double per_noise(const Eigen::VectorXd& values) const {
-    constexpr double kLeastVarianceDn2 = 1e-6;
-    return 1.0 / std::sqrt(std::max(kLeastVarianceDn2,
-                                    options_.variance_offset_dn2 + options_.variance_per_dn * values.mean()));
-  }
+  double per_noise(const Eigen::VectorXd& values) const { return std::sqrt(options_.weight(values.mean())); }
 
   /// Takes the squares beyond which a pixel counts less: of these fringes are most.
   void weigh_by(std::vector<float> squares) {
