@@ -84,13 +84,18 @@ struct PixelEquations {
     const int n = steps.count(), m = steps.of_harmonics();
     harmonics.resize(n, m);
     Eigen::MatrixXd by_own(n, 3);
+    // by parts: the product of std::complex looks for values that are no numbers, and is most of this then
+    const auto product = [](const std::complex<double>& a, const std::complex<double>& b) {
+      return std::complex<double>(a.real() * b.real() - a.imag() * b.imag(),
+                                  a.real() * b.imag() + a.imag() * b.real());
+    };
+    const std::complex<double> turn = std::polar(1.0, fringe.phase);
     for (int k = 0; k < n; ++k) {
-      const std::complex<double> first =
-          std::polar(1.0, fringe.phase) * steps.turn_[static_cast<std::size_t>(k)];
+      const std::complex<double> first = product(turn, steps.turn_[static_cast<std::size_t>(k)]);
       std::complex<double> power = first;
       double w = first.real(), slope = -first.imag();
       for (int h = 0; h < m; h += 2) {
-        power *= first;
+        power = product(power, first);
         const double order = 2.0 + h / 2, a = steps.waveform[h], b = steps.waveform[h + 1];
         w += a * power.real() + b * power.imag();
         slope += order * (b * power.real() - a * power.imag());

@@ -168,12 +168,16 @@ class WaveformFieldFit {
     return part;
   }
 
-  /// Returns what is left of a pixel's steps beside its own fringe of the form there.
-  PixelEquations equations(std::size_t pixel, LightSteps& steps, Eigen::VectorXd& values) const {
+  /// Returns what is left of a pixel's steps beside its own fringe of the form there. `fringe`: as it was
+  /// last found; of no amplitude where it was not.
+  PixelEquations equations(std::size_t pixel, LightSteps& steps, Eigen::VectorXd& values,
+                           StepFringe& fringe) const {
     read(pixel, values);
     steps.waveform = field_.at(pixel);
-    StepFringe fringe = steps.sinusoid(values);
-    for (int i = 0; i < kPixelSteps; ++i) fringe = PixelEquations(steps, fringe, values).better(fringe);
+    const bool is_new = fringe.amplitude == 0.0;
+    if (is_new) fringe = steps.sinusoid(values);
+    for (int i = 0; i < (is_new ? kPixelSteps : 1); ++i)
+      fringe = PixelEquations(steps, fringe, values).better(fringe);
     return {steps, fringe, values};
   }
 
@@ -192,20 +196,22 @@ class WaveformFieldFit {
     Eigen::VectorXd values(steps.count());
     for (std::size_t t = 0; t < tiles_.size(); ++t)
       for (std::size_t i = t % kOfMedian; i < tiles_[t].size(); i += kOfMedian) {
-        const PixelEquations e = equations(tiles_[t][i], steps, values);
+        StepFringe fringe;
+        const PixelEquations e = equations(tiles_[t][i], steps, values, fringe);
         squares.push_back(static_cast<float>((per_noise(values) * e.contrasts(e.residual)).squaredNorm()));
       }
     weigh_by(std::move(squares));
   }
 
-  /// Returns what the pixels of a tile tell of the harmonics there.
-  FieldSums sums_of_tile(const std::vector<std::uint32_t>& tile) const {
+  /// Returns what the pixels of a tile tell of the harmonics there, and finds their fringes.
+  FieldSums sums_of_tile(const std::vector<std::uint32_t>& tile, std::vector<StepFringe>& fringes) const {
     const Eigen::Index m = field_.of_term_.rows();
     FieldSums out{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
     LightSteps steps = steps_;
     Eigen::VectorXd values(steps.count());
-    for (const std::uint32_t pixel : tile) {
-      const PixelEquations e = equations(pixel, steps, values);
+    fringes.resize(tile.size());
+    for (std::size_t i = 0; i < tile.size(); ++i) {
+      const PixelEquations e = equations(tile[i], steps, values, fringes[i]);
       const double scale = per_noise(values);
       const Eigen::VectorXd left = scale * e.contrasts(e.residual);
       const double squares = left.squaredNorm(),
@@ -229,11 +235,12 @@ class WaveformFieldFit {
     return field_.terms(x / n, y / n);
   }
 
-  FieldSums sum_up() const {
+  FieldSums sum_up() {
+    fringes_.resize(tiles_.size());
     std::vector<FieldSums> of_tile(tiles_.size());
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t t = 0; t < tiles_.size(); ++t)
-      if (!tiles_[t].empty()) of_tile[t] = sums_of_tile(tiles_[t]);
+      if (!tiles_[t].empty()) of_tile[t] = sums_of_tile(tiles_[t], fringes_[t]);
     const Eigen::Index m = field_.of_term_.rows(), n = field_.of_term_.size();
     FieldSums all{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)};
     for (std::size_t t = 0; t < tiles_.size(); ++t) {
@@ -272,6 +279,7 @@ class WaveformFieldFit {
   double clipped_dn_;
   LightSteps steps_;
   std::vector<std::vector<std::uint32_t>> tiles_;  ///< the pixels of each that take part
+  std::vector<std::vector<StepFringe>> fringes_;   ///< of these pixels, as they were last found
   std::size_t n_pixels_ = 0;                       ///< that could
   double most_squares_ = std::numeric_limits<double>::infinity();
 };
