@@ -61,7 +61,12 @@ GroupFit::GroupFit(Sensitivity& sensitivity, const Twin& twin, std::vector<Param
   if (base.empty())
     set_values(values_);
   else
-    base_ = std::move(base);
+    take_base(std::move(base));
+}
+
+void GroupFit::take_base(Sensitivity::Values base) {
+  base_ = std::move(base);
+  ++n_bases_;
 }
 
 Sensitivity::Values GroupFit::predict(const Eigen::VectorXd& values) {
@@ -71,7 +76,7 @@ Sensitivity::Values GroupFit::predict(const Eigen::VectorXd& values) {
 
 void GroupFit::set_values(const Eigen::VectorXd& values) {
   values_ = values;
-  base_ = predict(values_);
+  take_base(predict(values_));
 }
 
 void GroupFit::set_values_and_chi2(const Eigen::VectorXd& values) {
@@ -114,7 +119,7 @@ bool GroupFit::start_at(const Eigen::VectorXd& values) {
     return false;
   }
   values_ = values;
-  base_ = std::move(base);
+  take_base(std::move(base));
   chi2_ = chi2;
   return true;
 }
@@ -128,17 +133,21 @@ void GroupFit::move_to(const Eigen::VectorXd& values) {
 void GroupFit::use_columns(Sensitivity::Columns columns, const Eigen::VectorXd& at) {
   columns_ = std::move(columns);
   columns_at_ = at;
+  ++n_columns_;
 }
 
 std::optional<std::pair<Sensitivity::Columns, Eigen::VectorXd>> GroupFit::give_columns() {
   if (!columns_) return std::nullopt;
-  return std::pair{std::move(*columns_), columns_at_};
+  std::pair given{std::move(*columns_), columns_at_};
+  columns_.reset();
+  return given;
 }
 
 void GroupFit::render_columns() {
   columns_ = sensitivity_.columns(twin_, parameters_, values_, derivative_,
                                   columns_ ? columns_->steps : std::vector<double>{});
   columns_at_ = values_;
+  ++n_columns_;
 }
 
 std::vector<std::size_t> GroupFit::told_of(const Block& block) const {
@@ -274,7 +283,7 @@ double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, doub
     }
     if (!sensors_of(free).empty()) settled_chi2(base, free, true);
     values_ = next;
-    base_ = std::move(base);
+    take_base(std::move(base));
     return chi2 - now;
   } catch (const UserError&) {
     return 0.0;  // no such lens: a smaller step

@@ -145,6 +145,7 @@ class GroupFit {
     std::vector<bool> null;  ///< of each parameter: whether others do the same, or it does nothing
   };
 
+  void take_base(Sensitivity::Values base);
   void set_values(const Eigen::VectorXd& values);
   /// The same with chi2() of what is predicted there.
   void set_values_and_chi2(const Eigen::VectorXd& values);
@@ -169,6 +170,8 @@ class GroupFit {
   bool leads_outside(std::size_t parameter, double change) const;
   bool cannot_come_near(double chi2, double expected, std::uint64_t n) const;
   NormalEquations equations_with_prior(FreePerPixel free);
+  /// Returns the sums of the images at the values as they are, the last ones where nothing changed since.
+  const NormalEquations& sums(FreePerPixel free);
   Damped solve(const NormalEquations& e, std::vector<std::size_t> unknowns, FreePerPixel free,
                double damping) const;
   double try_values(const Eigen::VectorXd& next, FreePerPixel free, double chi2);
@@ -187,8 +190,19 @@ class GroupFit {
   GroupFitOptions options_;
   Eigen::VectorXd values_;
   std::vector<Known> known_;
+  /// Sums, and all that they were made of: the counts of predictions and derivatives, what is free and how
+  /// the sensitivity stood.
+  struct Sums {
+    std::uint64_t of_base, of_columns;
+    FreePerPixel free;
+    std::vector<double> standing;
+    NormalEquations equations;
+  };
+
   Sensitivity::Values base_;  ///< what the values predict
   std::optional<Sensitivity::Columns> columns_;
+  std::uint64_t n_bases_ = 0, n_columns_ = 0;  ///< taken so far
+  std::optional<Sums> last_sums_;
   Eigen::VectorXd columns_at_;  ///< the values there
   Sensitivity::Derivative derivative_ = Sensitivity::Derivative::quick;
   std::vector<Block> blocks_;

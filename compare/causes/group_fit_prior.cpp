@@ -78,10 +78,19 @@ double GroupFit::prior_chi2(const Eigen::VectorXd& values) const {
   return sum;
 }
 
+const NormalEquations& GroupFit::sums(FreePerPixel free) {
+  if (!columns_) render_columns();
+  std::vector<double> standing = sensitivity_.standing();
+  if (!last_sums_ || last_sums_->of_base != n_bases_ || last_sums_->of_columns != n_columns_ ||
+      last_sums_->free != free || last_sums_->standing != standing)
+    last_sums_ = Sums{n_bases_, n_columns_, free, std::move(standing),
+                      sensitivity_.equations_at(base_, *columns_, free)};
+  return last_sums_->equations;
+}
+
 /// Returns the equations of a block where the fit is, with the prior of its parameters.
 NormalEquations GroupFit::equations_with_prior(FreePerPixel free) {
-  if (!columns_) render_columns();
-  NormalEquations e = sensitivity_.equations_at(base_, *columns_, free);
+  NormalEquations e = sums(free);
   for (const Belief& belief : beliefs()) {
     const double part = 1.0 / static_cast<double>(belief.mean_of.size()),
                  variance = belief.sigma * belief.sigma, off = off_start(belief, values_);

@@ -90,6 +90,21 @@ TEST(GroupFit, ConvergesToTheTruthFromFarther) {
   EXPECT_LE((found - std::get<SphereShape>(truth.objects[0].shape).center_mm).norm(), 5e-5);
 }
 
+// A fit that runs again counts with the outliers as they are then, not with its last sums.
+TEST(GroupFit, CountsAnewWhereTheScaleIsAnother) {
+  const Twin twin = window_on_the_sphere();
+  Sensitivity sensitivity(renderer(), measured({twin}));
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "pose"), {.keep_scale = true});
+  fit.run();
+  const double before = fit.known()[0].noise_sigma;
+  sensitivity.set_scale(std::vector<double>(sensitivity.samples().size(), 0.3));
+  fit.run();
+  GroupFit anew(sensitivity, twin, parameters_of(twin, "pose"), {.keep_scale = true});
+  anew.run();
+  EXPECT_GT(fit.known()[0].noise_sigma, 1.2 * before);
+  EXPECT_NEAR(fit.known()[0].noise_sigma / anew.known()[0].noise_sigma, 1.0, 1e-3);
+}
+
 TEST(GroupFit, LightMovesNoPose) {
   const Twin twin = window_on_the_sphere();
   for (const Light light : {as_it_is, hot_spot}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What harmonics of the fringes bring is told by fringes of their own, as by renderings of the twin with more
-// of them; settled at many pixels they are nearer to the truth than a fit to few of them leaves them.
+// of them, and what shifts and contrasts of single images bring beside them by one rendering; settled at many
+// pixels they are nearer to the truth than a fit to few of them leaves them.
 //
 // | check                   | tolerance | origin                                                    |
 // |-------------------------|-----------|-----------------------------------------------------------|
@@ -51,6 +52,24 @@ Twin rig() {
   return twin;
 }
 
+using Values = std::vector<Sensitivity::Values>;
+
+/// Expects the derivatives by each of the parameters to be the same but for `part` of their rms.
+void expect_alike(const std::vector<Parameter>& parameters, const Values& found, const Values& wanted,
+                  double part = 1e-3) {
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    for (std::size_t c = 0; c < wanted[k].size(); ++c) {
+      double off = 0.0, size = 0.0;
+      for (std::size_t i = 0; i < wanted[k][c].size(); ++i) {
+        const auto by_twins = static_cast<double>(wanted[k][c][i]);
+        off += std::pow(static_cast<double>(found[k][c][i]) - by_twins, 2);
+        size += by_twins * by_twins;
+      }
+      ASSERT_GT(size, 0.0) << parameters[k].name;
+      EXPECT_LT(std::sqrt(off / size), part) << parameters[k].name << ' ' << c;
+    }
+}
+
 TEST(HarmonicColumns, AreWhatTheTwinShowsMore) {
   const Twin twin = rig();
   const Images images = rendered(twin);
@@ -61,19 +80,54 @@ TEST(HarmonicColumns, AreWhatTheTwinShowsMore) {
   for (Parameter& p : shown) p.effect = nullptr, p.harmonic = 0;
   const Eigen::VectorXd at = start_values(told);
   const auto exact = Sensitivity::Derivative::exact;
-  const Sensitivity::Columns by_fringes = sensitivity.columns(twin, told, at, exact, {}),
-                             by_twins = sensitivity.columns(twin, shown, at, exact, {});
-  for (std::size_t k = 0; k < told.size(); ++k)
-    for (std::size_t c = 0; c < frames.size(); ++c) {
-      double off = 0.0, size = 0.0;
-      for (std::size_t i = 0; i < by_twins.each[k][c].size(); ++i) {
-        const auto wanted = static_cast<double>(by_twins.each[k][c][i]);
-        off += std::pow(static_cast<double>(by_fringes.each[k][c][i]) - wanted, 2);
-        size += wanted * wanted;
-      }
-      ASSERT_GT(size, 0.0) << told[k].name;
-      EXPECT_LT(std::sqrt(off / size), 1e-3) << told[k].name << ' ' << c;
+  expect_alike(told, sensitivity.columns(twin, told, at, exact, {}).each,
+               sensitivity.columns(twin, shown, at, exact, {}).each);
+}
+
+// Overtones go k times as far as the fringe, and alias in its own steps: one rendering of all images tells
+// what each does, where its own steps are too far off to fit by.
+TEST(ImageColumns, AreRenderedTogetherWhereFringesHaveOvertones) {
+  Twin twin = rig();
+  for (Harmonics& of_pitch : twin.fringes.directions[0].harmonics)
+    of_pitch = {{0.004, 0.002}, {0.0, -0.006}, {}, {}, {0.02, -0.01}};
+  twin.fringes.image_harmonics.assign(expand_sequence(twin.fringes).size(), {});
+  twin.fringes.image_harmonics[3] = {{-0.02, 0.0}, {0.006, -0.003}};
+  const Images images = rendered(twin);
+  const std::vector<CameraImages> frames = frames_of(images);
+  Sensitivity sensitivity(renderer(), samples_of(images, same, frames));
+  const auto exact = Sensitivity::Derivative::exact;
+  for (const char* group : {"image_shift", "image_harmonics"}) {
+    std::vector<Parameter> told = parameters_of(twin, group, {3});
+    std::erase_if(told, [](const Parameter& p) { return !p.effect; });
+    ASSERT_EQ(told.size(), 6u) << group;
+    std::vector<Parameter> shown = told, alone = told;
+    for (Parameter& p : shown) p.effect = nullptr, p.does_as = nullptr;
+    for (Parameter& p : alone) p.effect_of_sinusoids = false;
+    const Eigen::VectorXd at = start_values(told);
+    const Values wanted = sensitivity.columns(twin, shown, at, exact, {}).each;
+    expect_alike(told, sensitivity.columns(twin, told, at, exact, {}).each, wanted);
+    double off = 0.0, size = 0.0;
+    const Values by_steps = sensitivity.columns(twin, alone, at, exact, {}).each;
+    for (std::size_t i = 0; i < wanted[0][0].size(); ++i) {
+      off += std::pow(static_cast<double>(by_steps[0][0][i] - wanted[0][0][i]), 2);
+      size += std::pow(static_cast<double>(wanted[0][0][i]), 2);
     }
+    EXPECT_GT(std::sqrt(off / size), 5e-3) << group;
+    // the search for causes; its quick steps bend
+    expect_alike(told, sensitivity.columns_of_all_groups(twin, told, at, {}, [](std::size_t) {}).each, wanted,
+                 1e-2);
+    // not beside exposures that may be late, and where a free factor takes what all images have in common
+    std::vector<Parameter> beside = told;
+    beside.push_back(parameters_of(twin, "blur").front());
+    beside.back().group = "timing";
+    const Eigen::VectorXd with = start_values(beside);
+    EXPECT_EQ(sensitivity.columns(twin, beside, with, exact, {}).each[0], by_steps[0]) << group;
+    beside.back().group = "camera_response", beside.back().is_of_sensor = true;
+    EXPECT_NE(sensitivity.columns(twin, beside, with, exact, {}).each[0], by_steps[0]) << group;
+    sensitivity.free_in_all(FreePerPixel::factor_and_offset);
+    EXPECT_EQ(sensitivity.columns(twin, beside, with, exact, {}).each[0], by_steps[0]) << group;
+    sensitivity.free_in_all(FreePerPixel::nothing);
+  }
 }
 
 // Where more than fringes is brought, the twin is rendered.

@@ -3,6 +3,7 @@
 // residuals and columns first.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "compare/causes/equation_sum.hpp"
 #include "compare/causes/sensitivity.hpp"
@@ -12,7 +13,9 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr double kLightPrior = 0.3;  ///< by which the light of an image lit apart may be another
-constexpr int kBlockPx = 28;         ///< side of the blocks of pixels whose errors may belong together
+constexpr std::size_t kChunks =
+    32;                       ///< of pixels: a fixed number, for sums that do not depend on the threads
+constexpr int kBlockPx = 28;  ///< side of the blocks of pixels whose errors may belong together
 
 /// An orthonormal basis of what a pixel has of its own, offset first.
 struct OwnDirections {
@@ -202,13 +205,15 @@ void Sensitivity::add_prior_of_lights(NormalEquations& e) const {
   }
 }
 
+std::size_t Sensitivity::begin_of(std::size_t chunk, std::size_t camera) const {
+  return chunk * samples_[camera].n_pixels() / kChunks;
+}
+
 NormalEquations Sensitivity::equations_at(const Values& base, const Columns& columns, FreePerPixel free,
                                           std::size_t every) const {
   free = with_own(free);
   NormalEquations out = empty_equations(columns.each.size());
-  constexpr std::size_t kChunks = 32;  // a fixed number: sums that do not depend on the threads
   for (std::size_t c = 0; c < samples_.size(); ++c) {
-    const std::size_t n_pixels = samples_[c].n_pixels();
     const Unknowns unknowns = unknowns_of(c, columns, free, out);
     const auto size = static_cast<Eigen::Index>(unknowns.at.size());
     std::vector<NormalEquations> parts(kChunks);
@@ -216,8 +221,8 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
     for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
       EquationSum sum(size, unknowns.of_images);
       PixelScratch scratch;
-      const std::size_t first = (chunk * n_pixels / kChunks + every - 1) / every * every;
-      for (std::size_t p = first; p < (chunk + 1) * n_pixels / kChunks; p += every) {
+      const std::size_t first = (begin_of(chunk, c) + every - 1) / every * every;
+      for (std::size_t p = first; p < begin_of(chunk + 1, c); p += every) {
         const std::uint64_t used =
             pixel_rows(c, p, base, unknowns, free, scratch, sum.rows(), sum.residual());
         if (used > 0) sum.take(scratch.own, used);
@@ -244,22 +249,41 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
 
 void Sensitivity::choose_scale(const Values& base, FreePerPixel free) {
   free = with_own(free);
-  PixelScratch scratch;
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     threshold_[c] = 1e300;
-    std::vector<float> size;
     const std::size_t k = samples_[c].images.size();
-    Eigen::MatrixXd no_rows(static_cast<Eigen::Index>(k), 0);
-    Eigen::VectorXd residual(static_cast<Eigen::Index>(k));
-    for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) {
-      const std::uint64_t used = pixel_rows(c, p, base, {}, free, scratch, no_rows, residual);
-      for (std::size_t j = 0; used > 0 && j < k; ++j)
-        if (samples_[c].weight[p * k + j] > 0.0F)
-          size.push_back(static_cast<float>(std::abs(residual[static_cast<Eigen::Index>(j)])));
+    std::vector<std::vector<float>> parts(kChunks);
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
+      PixelScratch scratch;
+      Eigen::MatrixXd no_rows(static_cast<Eigen::Index>(k), 0);
+      Eigen::VectorXd residual(static_cast<Eigen::Index>(k));
+      for (std::size_t p = begin_of(chunk, c); p < begin_of(chunk + 1, c); ++p) {
+        const std::uint64_t used = pixel_rows(c, p, base, {}, free, scratch, no_rows, residual);
+        for (std::size_t j = 0; used > 0 && j < k; ++j)
+          if (samples_[c].weight[p * k + j] > 0.0F)
+            parts[chunk].push_back(static_cast<float>(std::abs(residual[static_cast<Eigen::Index>(j)])));
+      }
     }
+    std::vector<float> size;
+    for (const std::vector<float>& part : parts) size.insert(size.end(), part.begin(), part.end());
     threshold_[c] = kHuberSigmas * std::max(1.0, kMadToSigma * upper_median(size));  // 1 when there is none
   }
 }
+
+namespace {
+/// Scores of the unknowns of one camera: of blocks, by their places, and of images, one column each.
+struct Scores {
+  std::map<int, Eigen::VectorXd> of_blocks;
+  Eigen::MatrixXd of_images;
+
+  void add(const Scores& other) {
+    of_images += other.of_images;
+    for (const auto& [at, score] : other.of_blocks)
+      if (const auto [it, is_new] = of_blocks.try_emplace(at, score); !is_new) it->second += score;
+  }
+};
+}  // namespace
 
 Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& columns,
                                              FreePerPixel free) const {
@@ -267,37 +291,44 @@ Sensitivity::Scatter Sensitivity::scatter_at(const Values& base, const Columns& 
   const NormalEquations layout = empty_equations(columns.each.size());
   const Eigen::Index size = layout.right.size();
   Scatter out{Eigen::MatrixXd::Zero(size, size), Eigen::MatrixXd::Zero(size, size)};
-  std::vector<Eigen::VectorXd> image_scores;
-  PixelScratch scratch;
+  std::map<int, Eigen::VectorXd> of_images;  // of all cameras
   for (std::size_t c = 0; c < samples_.size(); ++c) {
     const GridSamples& s = samples_[c];
     const Unknowns unknowns = unknowns_of(c, columns, free, layout);
-    const auto k = static_cast<Eigen::Index>(s.images.size());
-    Eigen::MatrixXd rows(k, static_cast<Eigen::Index>(unknowns.at.size()));
-    Eigen::VectorXd residual(k);
+    const auto k = static_cast<Eigen::Index>(s.images.size()),
+               n_unknowns = static_cast<Eigen::Index>(unknowns.at.size());
     const int side = std::max(1, kBlockPx / s.grid.stride), across = s.grid.width / side + 1;
-    std::vector<Eigen::VectorXd> blocks(static_cast<std::size_t>(across) *
-                                        static_cast<std::size_t>(s.grid.height / side + 1));
-    for (std::size_t p = 0; p < s.n_pixels(); ++p) {
-      if (pixel_rows(c, p, base, unknowns, free, scratch, rows, residual) == 0) continue;
-      take_off(scratch.own, rows);
-      const auto cell = static_cast<int>(s.cell[p]);
-      Eigen::VectorXd& block = blocks[cell / s.grid.width / side * across + cell % s.grid.width / side];
-      if (block.size() == 0) block = Eigen::VectorXd::Zero(size);
-      const Eigen::MatrixXd scores = rows.transpose() * residual.asDiagonal();
-      block(unknowns.at) += scores.rowwise().sum();
-      for (std::size_t j = 0; j < s.images.size(); ++j) {
-        const auto image = static_cast<std::size_t>(s.images[j]);
-        if (image_scores.size() <= image) image_scores.resize(image + 1);
-        if (image_scores[image].size() == 0) image_scores[image] = Eigen::VectorXd::Zero(size);
-        image_scores[image](unknowns.at) += scores.col(static_cast<Eigen::Index>(j));
+    std::vector<Scores> parts(kChunks);
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
+      PixelScratch scratch;
+      Eigen::MatrixXd rows(k, n_unknowns);
+      Eigen::VectorXd residual(k);
+      parts[chunk].of_images = Eigen::MatrixXd::Zero(n_unknowns, k);
+      for (std::size_t p = begin_of(chunk, c); p < begin_of(chunk + 1, c); ++p) {
+        if (pixel_rows(c, p, base, unknowns, free, scratch, rows, residual) == 0) continue;
+        take_off(scratch.own, rows);
+        const auto cell = static_cast<int>(s.cell[p]);
+        Eigen::VectorXd& block =
+            parts[chunk].of_blocks[cell / s.grid.width / side * across + cell % s.grid.width / side];
+        if (block.size() == 0) block = Eigen::VectorXd::Zero(n_unknowns);
+        block.noalias() += rows.transpose() * residual;
+        parts[chunk].of_images += rows.transpose() * residual.asDiagonal();
       }
     }
-    for (const Eigen::VectorXd& block : blocks)
-      if (block.size() > 0) out.blocks += block * block.transpose(), ++out.n_blocks;
+    for (std::size_t chunk = 1; chunk < kChunks; ++chunk) parts.front().add(parts[chunk]);
+    for (const auto& [at, score] : parts.front().of_blocks) {
+      Eigen::VectorXd block = Eigen::VectorXd::Zero(size);
+      block(unknowns.at) = score;
+      out.blocks += block * block.transpose(), ++out.n_blocks;
+    }
+    for (Eigen::Index j = 0; j < k && !parts.front().of_blocks.empty(); ++j) {
+      Eigen::VectorXd& score = of_images[s.images[static_cast<std::size_t>(j)]];
+      if (score.size() == 0) score = Eigen::VectorXd::Zero(size);
+      score(unknowns.at) += parts.front().of_images.col(j);
+    }
   }
-  for (const Eigen::VectorXd& score : image_scores)
-    if (score.size() > 0) out.images += score * score.transpose(), ++out.n_images;
+  for (const auto& [image, score] : of_images) out.images += score * score.transpose(), ++out.n_images;
   return out;
 }
 

@@ -258,7 +258,22 @@ void Sensitivity::take_exposures(const Twin& twin) {
   }
 }
 
+std::vector<double> Sensitivity::standing() const {
+  std::vector<double> all = threshold_;
+  all.push_back(static_cast<double>(weighings_));
+  all.push_back(static_cast<double>(own_));
+  for (const GridSamples& s : samples_) {
+    all.push_back(s.gain_dn);
+    all.push_back(s.black_level_dn);
+    all.insert(all.end(), s.light.begin(), s.light.end());
+  }
+  for (const std::vector<double>& of_camera : exposures_)
+    all.insert(all.end(), of_camera.begin(), of_camera.end());
+  return all;
+}
+
 void Sensitivity::add_scatter_of(const Twin& twin) {
+  ++weighings_;
   for (GridSamples& s : samples_) {
     const Eigen::MatrixXd scatter = bounce_scatter(renderer_, twin, s.camera);
     if (scatter.size() == 0) continue;
@@ -279,11 +294,13 @@ double Sensitivity::regional_limit(double n) const {
 }
 
 void Sensitivity::weigh_at(const Values& predicted) {
+  ++weighings_;
   for (std::size_t c = 0; c < samples_.size(); ++c)
     for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p) weigh_pixel(samples_[c], p, predicted[c], {});
 }
 
 void Sensitivity::weigh_with_field_at(const Values& predicted, FreePerPixel free) {
+  ++weighings_;
   for (std::size_t c = 0; c < samples_.size(); ++c)
     for (std::size_t p = 0; p < samples_[c].n_pixels(); ++p)
       weigh_pixel(samples_[c], p, predicted[c], line_of(samples_[c], p, predicted[c], free));
@@ -338,6 +355,7 @@ Sensitivity::Values Sensitivity::predicted(const Twin& twin, const std::vector<P
 }
 
 std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
+  ++weighings_;
   const Values coarse = irradiance(twin, residual_samples_), fine = irradiance(twin, kFineSamples);
   std::size_t n_left_out = 0;
   for (std::size_t c = 0; c < samples_.size(); ++c) {
@@ -361,6 +379,7 @@ std::size_t Sensitivity::leave_out_edges(const Twin& twin) {
 }
 
 void Sensitivity::leave_out_texture_edges() {
+  ++weighings_;
   for (GridSamples& s : samples_) {
     std::vector<std::size_t> pixels;
     for (std::size_t p = 0; p < s.at_texture_edge.size(); ++p)
@@ -566,10 +585,34 @@ bool Sensitivity::tells_derivative(const Parameter& p) const {
          });
 }
 
+/// Where exposures reach into other patterns an image changes with its neighbours, too. Seen through a curve,
+/// a factor that is free in every pixel takes what is common to all images, and leaves the curve where it
+/// was.
+bool Sensitivity::renders_images_together(const Twin& fitted,
+                                          const std::vector<Parameter>& parameters) const {
+  return fitted.projector && fringes_have_overtones(fitted) && !sees_other_patterns(fitted) &&
+         std::ranges::none_of(parameters, [this](const Parameter& p) {
+           return p.group == "timing" || (p.is_of_sensor && own_ != FreePerPixel::nothing);
+         });
+}
+
+Sensitivity::Values Sensitivity::column_beside(const Parameter& other, const Twin& twin,
+                                               const std::vector<Parameter>& parameters,
+                                               const Eigen::VectorXd& values, const Values& base,
+                                               Derivative derivative) const {
+  std::vector<Parameter> with = parameters;
+  with.push_back(other);
+  Eigen::VectorXd at(values.size() + 1);
+  at << values, other.start;
+  double step = other.step;
+  return column(twin, with, at, parameters.size(), base, derivative, step);
+}
+
 Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
                                           const Eigen::VectorXd& values, Derivative derivative,
                                           std::vector<double> steps) {
-  find_unit_sums(with_values(twin, parameters, values), parameters);
+  const Twin fitted = with_values(twin, parameters, values);
+  find_unit_sums(fitted, parameters);
   for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(parameters[k].step);
   Columns out{
       predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};
@@ -577,19 +620,15 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
   const auto column_of = [&](const Parameter& other) -> const Values& {
     const auto found = std::ranges::find(parameters, other.name, &Parameter::name) - parameters.begin();
     if (found < std::ssize(out.each)) return out.each[static_cast<std::size_t>(found)];
-    if (!of_others.contains(other.name)) {
-      std::vector<Parameter> with = parameters;
-      with.push_back(other);
-      Eigen::VectorXd at(values.size() + 1);
-      at << values, other.start;
-      double step = other.step;
-      of_others[other.name] = column(twin, with, at, parameters.size(), out.rough, derivative, step);
-    }
-    return of_others[other.name];
+    const auto [it, is_new] = of_others.try_emplace(other.name);
+    if (is_new) it->second = column_beside(other, twin, parameters, values, out.rough, derivative);
+    return it->second;
   };
+  const bool are_rendered = renders_images_together(fitted, parameters);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const Parameter& p = parameters[k];
-    out.each.push_back(p.does_as && (knows_places() || !p.times)
+    const bool is_closed = tells_derivative(p) && !(p.effect_of_sinusoids && are_rendered);
+    out.each.push_back(p.does_as && !is_closed && (knows_places() || !p.times)
                            ? scaled_column(column_of(*p.does_as), p)
                            : column(twin, parameters, values, k, out.rough, derivative, out.steps[k]));
   }
@@ -610,14 +649,26 @@ Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
                                                         const Eigen::VectorXd& values,
                                                         const std::vector<std::size_t>& pose,
                                                         const std::function<void(std::size_t)>& after) {
-  find_unit_sums(with_values(twin, parameters, values), parameters);
+  const Twin fitted = with_values(twin, parameters, values);
+  find_unit_sums(fitted, parameters);
   Columns out{predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, {}};
   for (const Parameter& p : parameters) out.steps.push_back(p.step);
   out.each.resize(parameters.size());
   std::size_t done = 0;
+  std::map<std::string, Values> of_all_images;
+  const bool are_rendered = renders_images_together(fitted, parameters);
   const auto fill = [&](bool closed) {
     for (std::size_t k = 0; k < parameters.size(); ++k) {
-      if (tells_derivative(parameters[k]) != closed) continue;
+      const Parameter& p = parameters[k];
+      if (tells_derivative(p) != closed) continue;
+      if (p.effect_of_sinusoids && p.does_as && are_rendered) {
+        const auto [it, is_new] = of_all_images.try_emplace(p.does_as->name);
+        if (is_new)
+          it->second = column_beside(*p.does_as, twin, parameters, values, out.rough, Derivative::quick);
+        out.each[k] = scaled_column(it->second, p);
+        after(++done);
+        continue;
+      }
       out.each[k] = column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
       after(++done);
     }

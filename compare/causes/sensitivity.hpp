@@ -111,6 +111,8 @@ class Sensitivity {
   /// Returns the robust scale of each camera; to compare two sums of squares, set the scale of one for the
   /// other.
   const std::vector<double>& scale() const { return threshold_; }
+  /// Returns all that equations_at() counts with besides what it is given: where it is the same, they are.
+  std::vector<double> standing() const;
   void set_scale(const std::vector<double>& scale) { threshold_ = scale; }
   void choose_scale(const Twin& twin) {
     choose_scale(irradiance(twin, residual_samples()), FreePerPixel::nothing);
@@ -193,6 +195,8 @@ class Sensitivity {
   static double residual(const GridSamples& s, const std::vector<float>& irradiance, std::size_t i);
 
  private:
+  /// Returns the first pixel of one of the parts that sums over a camera's pixels are made of.
+  std::size_t begin_of(std::size_t chunk, std::size_t camera) const;
   /// `step`: where the search begins, and where it ended.
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                 std::size_t at, const Values& base, Derivative derivative, double& step) const;
@@ -209,6 +213,12 @@ class Sensitivity {
   bool knows_places() const;
   /// Fills what the effects of these parameters need of their samples (find_waves(), find_harmonics()).
   void find_unit_sums(const Twin& fitted, const std::vector<Parameter>& parameters);
+  /// Returns whether effects of sinusoids are none, and one rendering of all images tells what they stand
+  /// for.
+  bool renders_images_together(const Twin& fitted, const std::vector<Parameter>& parameters) const;
+  /// Returns the column of a parameter that stands beside these, at its start.
+  Values column_beside(const Parameter& other, const Twin& twin, const std::vector<Parameter>& parameters,
+                       const Eigen::VectorXd& values, const Values& base, Derivative derivative) const;
   /// Returns whether the parameter's effect tells its derivative.
   bool tells_derivative(const Parameter& parameter) const;
   /// Returns the column of a parameter that does as another one whose column is `other` (Parameter::times).
@@ -262,6 +272,7 @@ class Sensitivity {
   std::vector<std::vector<double>> exposures_;  ///< per camera and image of its samples; empty: 1
   std::vector<double> threshold_;               ///< of Huber's weights, standard deviations, per camera
   int residual_samples_ = kResidualSamples;
+  std::uint64_t weighings_ = 0;  ///< how often the weights of values were changed
 };
 
 }  // namespace fringetwin::compare

@@ -26,6 +26,10 @@ std::vector<Parameter> timing_parameters(const Twin& twin, std::size_t camera,
 /// (image_columns.cpp).
 std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vector<int>& compared);
 std::vector<Parameter> image_harmonics_parameters(const Twin& twin, const std::vector<int>& compared);
+/// Returns whether the light of a projector's fringes has harmonics beyond the first, which go further where
+/// a fringe goes and which its own steps mistake for the first: a Parameter::effect_of_sinusoids is not
+/// right.
+bool fringes_have_overtones(const Twin& twin);
 
 /// Returns the parameters of the group raster: both parts of the waves that each direction names, and the
 /// raster's pitch where there are any to tell it by (raster_columns.cpp). The effect of a wave needs

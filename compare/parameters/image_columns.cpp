@@ -18,13 +18,16 @@
 namespace fringetwin::compare {
 namespace {
 
+constexpr double kNoFringe = 1e-9;  ///< of full scale: a waveform without a first harmonic
 constexpr double kExpected = 0.02;  ///< of full scale: a 25th of a whole fringe's swing
 
-/// The first harmonic of one image in a pixel, from all steps of its pitch that are there.
+/// The first harmonic of one image in a pixel, from all steps of its pitch that are there. Its light is of
+/// `cosine` R cos theta + `sine` R sin theta.
 struct FringeOfImage {
   std::size_t at = 0;                  ///< of the image among the samples
   std::vector<StepImage> steps;        ///< of its pitch
   Eigen::RowVectorXd in_phase, ahead;  ///< weights of the steps: R cos and R sin of the fringe's phase
+  double cosine = 0.0, sine = 0.0;     ///< of what is projected, fraction of full scale
 };
 
 /// Returns the projector's light in an image of the sequence over that of the twin.
@@ -33,9 +36,18 @@ double light_of(const Twin& twin, std::size_t camera, int image) {
   return factor_of(twin.cameras[camera].exposure_factors, i) * factor_of(twin.projector->light_factors, i);
 }
 
-/// Returns it where there are 3 steps or more. E over the steps psi of a pitch, those that the twin's own
-/// shifts leave of them, is m + A cos psi + B sin psi, fitted: linear in the pixel's values. In an image R
-/// cos theta = A cos psi + B sin psi and R sin theta = A sin psi - B cos psi.
+/// Returns the first harmonic of the light of an image: (cosine, sine), fraction of full scale. `of_all`:
+/// that of the waveform of all images.
+Eigen::Vector2d first_harmonic(const render::PhaseSeries& of_all, const Twin& twin, int image) {
+  const Harmonics& own = twin.fringes.harmonics_of_image(static_cast<std::size_t>(image));
+  const Harmonic first = own.empty() ? Harmonic{} : own.front();
+  return {of_all.a[1] + first.cosine, of_all.sine(1) + first.sine};
+}
+
+/// Returns it where there are 3 steps or more, and any first harmonic. In an image of a pitch, whose step the
+/// twin's own shifts leave at psi, the first harmonic is c R cos theta + s R sin theta, where c and s are
+/// projected and R cos theta = A cos psi + B sin psi, R sin theta = A sin psi - B cos psi. E over the images
+/// is m + A (c cos psi + s sin psi) + B (c sin psi - s cos psi), fitted: linear in the pixel's values.
 std::optional<FringeOfImage> fringe_of(const Twin& twin, const GridSamples& s, int image) {
   const PatternSpec pattern = expand_sequence(twin.fringes)[static_cast<std::size_t>(image)];
   const double pitch_px = twin.fringes.directions[static_cast<std::size_t>(pattern.direction)]
@@ -49,16 +61,23 @@ std::optional<FringeOfImage> fringe_of(const Twin& twin, const GridSamples& s, i
     const double shift_px = twin.projector->image_shift_px(static_cast<std::size_t>(of_image));
     return step_rad - 2.0 * std::numbers::pi * shift_px / pitch_px;
   };
+  const render::PhaseSeries of_all = render::fringe_series(twin.projector->response, twin.fringes, {}, 1);
   Eigen::MatrixXd design(fringe.steps.size(), 3);
   for (std::size_t q = 0; q < fringe.steps.size(); ++q) {
     const double of_step = shown_rad(fringe.steps[q].step_rad, s.images[fringe.steps[q].at]);
-    design.row(static_cast<Eigen::Index>(q)) << 1.0, std::cos(of_step), std::sin(of_step);
+    const Eigen::Vector2d shown = first_harmonic(of_all, twin, s.images[fringe.steps[q].at]),
+                          along(std::cos(of_step), std::sin(of_step));
+    design.row(static_cast<Eigen::Index>(q)) << 1.0, shown.dot(along),
+        shown[0] * along[1] - shown[1] * along[0];
   }
+  if (!(design.rightCols(2).norm() > kNoFringe)) return std::nullopt;
   const Eigen::MatrixXd fitted =
       least_squares(design, Eigen::MatrixXd::Identity(design.rows(), design.rows()));
   const double psi = shown_rad(2.0 * std::numbers::pi * pattern.step / twin.fringes.steps, image);
   fringe.in_phase = std::cos(psi) * fitted.row(1) + std::sin(psi) * fitted.row(2);
   fringe.ahead = std::sin(psi) * fitted.row(1) - std::cos(psi) * fitted.row(2);
+  const Eigen::Vector2d shown = first_harmonic(of_all, twin, image);
+  fringe.cosine = shown[0], fringe.sine = shown[1];
   return fringe;
 }
 
@@ -102,28 +121,32 @@ class ImageList : private GroupList {
         compared_(compared),
         patterns_(expand_sequence(twin.fringes)) {}
 
-  /// The fringes of one image lie `value` projector pixels further: moved by the phase e their first harmonic
-  /// R cos theta becomes cos e R cos theta + sin e R sin theta.
+  /// The fringes of one image lie `value` projector pixels further: moved by the phase e, R cos theta becomes
+  /// cos e R cos theta + sin e R sin theta.
   std::vector<Parameter> shifts() {
     for (const int image : compared_) {
       const PatternSpec& pattern = patterns_[static_cast<std::size_t>(image)];
       const double pitch_px =
           direction_of(twin_, pattern).pitches_px[static_cast<std::size_t>(pattern.pitch)];
-      const auto at = static_cast<std::size_t>(image);
-      Parameter& p = add(fmt::format("image_{}.shift_px", image), "px", twin_.projector->image_shift_px(at),
-                         0.03, [image, pitch_px](const EffectInput& in, std::vector<float>& irradiance) {
+      const double start_px = twin_.projector->image_shift_px(static_cast<std::size_t>(image));
+      Parameter& p = add(fmt::format("image_{}.shift_px", image), "px", start_px, 0.03,
+                         [image, pitch_px](const EffectInput& in, std::vector<float>& irradiance) {
                            const double moved = 2.0 * std::numbers::pi * (in.to - in.from) / pitch_px;
-                           add_fringe(fringe_of(in.twin, in.samples, image), std::cos(moved) - 1.0,
-                                      std::sin(moved), in, irradiance);
+                           const std::optional<FringeOfImage> fringe = fringe_of(in.twin, in.samples, image);
+                           if (!fringe) return;
+                           const double c = fringe->cosine, s = fringe->sine, less = std::cos(moved) - 1.0,
+                                        ahead = std::sin(moved);
+                           add_fringe(fringe, c * less - s * ahead, s * less + c * ahead, in, irradiance);
                          });
+      p.effect_of_sinusoids = true;
       if (twin_.projector->pixel_structure) {
         p.instead = "leave it out, or pixel_structure: the raster would stay, and twin.toml takes no shifts";
         continue;
       }
-      p.change = [at, n = patterns_.size()](Twin& t, double d) {
+      render_with_others(p, image, [n = patterns_.size()](Twin& t, std::size_t of_image, double d) {
         t.projector->image_shifts_px.resize(n, 0.0);
-        t.projector->image_shifts_px[at] += d;
-      };
+        t.projector->image_shifts_px[of_image] += d;
+      });
     }
     return std::move(list_);
   }
@@ -143,30 +166,45 @@ class ImageList : private GroupList {
   }
 
  private:
+  /// Lets a parameter change one image of a twin, and gives it a parameter that changes all compared ones by
+  /// as much: its rendering tells the derivatives in each.
+  template <class ChangesImage>
+  void render_with_others(Parameter& p, int image, const ChangesImage& changes) const {
+    p.change = [=](Twin& t, double d) { changes(t, static_cast<std::size_t>(image), d); };
+    p.only_image = image;
+    const std::size_t of_what = p.name.find('.');
+    Parameter all{
+        .group = group_, .name = "all_images" + p.name.substr(of_what), .unit = p.unit, .step = p.step};
+    all.change = [=, images = compared_](Twin& t, double d) {
+      for (const int each : images) changes(t, static_cast<std::size_t>(each), d);
+    };
+    p.does_as = std::make_shared<Parameter>(std::move(all));
+  }
+
   void add_part(int image, int order, double Harmonic::*part) {
     constexpr int kLowest = 1;  // of an image's own
     const auto at = static_cast<std::size_t>(image);
     Parameter& p = add(fmt::format("image_{}.harmonic.{}{}", image, order, name_of_part(part)), "",
                        harmonic_part(twin_.fringes.harmonics_of_image(at), order, part, kLowest), 1e-3,
-                       [=, n = patterns_.size()](Twin& t, double d) {
-                         t.fringes.image_harmonics.resize(n);
-                         add_to_part(t.fringes.image_harmonics[at], order, part, d, kLowest);
-                       });
+                       std::function<void(Twin&, double)>());
+    render_with_others(p, image, [=, n = patterns_.size()](Twin& t, std::size_t of_image, double d) {
+      t.fringes.image_harmonics.resize(n);
+      add_to_part(t.fringes.image_harmonics[of_image], order, part, d, kLowest);
+    });
     p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
     p.expected = kExpected;
     if (order == 1) {
       p.effect = contrast_effect(image);
+      p.effect_of_sinusoids = true;
     } else {
       p.does_as = std::make_shared<Parameter>(harmonic_parameter(twin_, order, part));
-      p.only_image = image;
     }
   }
 
   /// The first harmonic of the light grows by `value` in one image.
-  std::function<void(const EffectInput&, std::vector<float>&)> contrast_effect(int image) const {
-    const double amplitude = render::fringe_series(twin_.projector->response, twin_.fringes, {}, 1).size(1);
-    return [=](const EffectInput& in, std::vector<float>& irradiance) {
-      add_fringe(fringe_of(in.twin, in.samples, image), (in.to - in.from) / amplitude, 0.0, in, irradiance);
+  static std::function<void(const EffectInput&, std::vector<float>&)> contrast_effect(int image) {
+    return [image](const EffectInput& in, std::vector<float>& irradiance) {
+      add_fringe(fringe_of(in.twin, in.samples, image), in.to - in.from, 0.0, in, irradiance);
     };
   }
 
@@ -176,6 +214,16 @@ class ImageList : private GroupList {
 };
 
 }  // namespace
+
+bool fringes_have_overtones(const Twin& twin) {
+  const Fringes& fringes = twin.fringes;
+  if (fringes.waveform.kind != Waveform::Kind::sine || !render::is_linear(twin.projector->response))
+    return true;
+  return std::ranges::any_of(fringes.directions, [&](const DirectionFringes& d) {
+    return d.has_own_harmonics() || d.raster.has_any() ||
+           std::ranges::any_of(fringes.more_harmonics(d), [](double size) { return size > 0.0; });
+  });
+}
 
 std::vector<Parameter> image_shift_parameters(const Twin& twin, const std::vector<int>& compared) {
   if (!twin.projector) return {};

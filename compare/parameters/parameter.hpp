@@ -44,6 +44,9 @@ struct Parameter {
   /// Changes a predicted irradiance from one value to another without rendering. Beside `change` it only
   /// gives derivatives, to 1e-3 of them, unless `is_closed`.
   std::function<void(const EffectInput&, std::vector<float>&)> effect = {};
+  /// `effect` takes the fringes for sinusoids; where they are none `does_as`, if there is one, is rendered
+  /// for the derivative (Sensitivity::columns()).
+  bool effect_of_sinusoids = false;
   bool is_closed = false;  ///< `effect` is all that `change` does to the images: nothing is rendered for it
   bool is_of_sensor = false;  ///< a camera's curve: its effect follows those of all light
   /// The value is in DN at GridSamples::curve_gain_dn(): with a gain twice as large it is twice as much.
