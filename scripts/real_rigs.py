@@ -4,7 +4,8 @@
 
     scripts/real_rigs.py --program build/fringetwin --out out/real [--page docs/REAL_RIGS.md] [--only SET ...]
 
-A set is one entry of RUNS. Sets whose images are missing are named on the page; `make captures` fetches them. Pictures (the
+A set is one entry of RUNS. Sets whose images are missing are named on the page; `make captures` fetches them. With --only the
+page keeps what it says of the other sets; each says which version ran it. Pictures (the
 maps of the gray differences, scaled down) need OpenCV's Python module, which comes with mrcal; without it the page has none.
 """
 import argparse
@@ -12,6 +13,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -19,21 +21,23 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-# name of the set; twin under datasets/; where the twin comes from; options of cosim
+# name of the set; twin under datasets/; where the twin comes from; options of cosim; what more is refined where all images are
+# fitted: waveforms of single images are told by all steps only
 RUNS = [
     ("slmaster-mono-relief", "slmaster-mono-relief/twin.toml",
      "calibration of the set; the shape from the images' own depth map, contrast and room light from its pixels (datasets/README.md)",
-     ["--hold-out", "3", "--refine", "exposure,light,image_shift,harmonics,harmonics_field,texture,offset"]),
+     ["--hold-out", "3", "--refine", "exposure,light,image_shift,harmonics,harmonics_field,harmonics_high,raster,texture,offset"],
+     "image_harmonics"),
     ("cpsd-plane-4freq12step", "cpsd-plane-4freq12step/twin-rig.toml",
      "no calibration: a relative rig solved from the set's own phase, whose lengths mean nothing (datasets/README.md)",
      ["--hold-out", "3", "--refine", "exposure,contrast,blur,projector.blur_field_px2.u,projector.blur_field_px2.v,harmonics,harmonics_high,texture,texture_spread,"
-      "offset"]),
+      "offset"], None),
     ("slsdk-stereo-statue", "slsdk-stereo-statue/twin-rig.toml",
      "stereo calibration of the set, whose cameras measure the shape; the projector solved from that shape by `calibrate --projector-from` (docs/CALIBRATION.md)",
-     ["--hold-out", "4", "--refine", "exposure,texture,offset"]),
+     ["--hold-out", "4", "--refine", "exposure,texture,offset"], None),
     ("kamino-procam-board", "kamino-procam-board/twin-board.toml",
      "joint calibration of the set's five board poses; the sheet a mesh from the set's own code, which bulges (datasets/README.md)",
-     ["--hold-out", "5", "--refine", "blur,halo,texture,offset"]),
+     ["--hold-out", "5", "--refine", "blur,halo,texture,offset"], None),
 ]
 
 
@@ -52,9 +56,37 @@ def number(value, digits=4):
     return "–" if value is None else f"{value:.{digits}g}"
 
 
-def row_of(name, result, seconds):
-    """Returns the table's row of a set."""
-    ratio = held_out(result)
+def run(program, twin, options, out, captures):
+    """Runs cosim; returns its result and the seconds it took."""
+    start = time.monotonic()
+    status = subprocess.run([str(program), "cosim", f"datasets/{twin}", "--out", str(out), *options], cwd=ROOT,
+                            env=os.environ | {"FRINGETWIN_CAPTURES": str(captures)}).returncode
+    if status not in (0, 1, 5):
+        sys.exit(f"{twin}: the program ended with exit code {status}; the page is not written")
+    return json.loads((out / "result.json").read_text(encoding="utf-8")), time.monotonic() - start
+
+
+def version_of(program):
+    return subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
+
+
+def kept(page, name):
+    """Returns the row and the section of a set on a page that was written before; two times None without."""
+    text = page.read_text(encoding="utf-8") if page and page.is_file() else ""
+    row = re.search(rf"^\| \[{re.escape(name)}\].*$", text, re.MULTILINE)
+    section = re.search(rf"^## {re.escape(name)}\n.*?(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    return (row[0], section[0].rstrip() + "\n") if row and section else (None, None)
+
+
+def explained(result):
+    """Returns what was found of each quantity, a line each."""
+    return "".join(f"\n- {e['quantity']} {e['region']}: {e['state']}; χ² {number(e['chi2'], 3)} (limit {number(e['chi2_limit'], 3)}), "
+                   f"of regions {number(e['regional_chi2'], 3)} ({number(e['regional_limit'], 3)})"
+                   for e in result["explained"] if e.get("chi2") is not None)
+
+
+def row_of(name, ratio, result, seconds):
+    """Returns the table's row of a set; `ratio`: of its held-out images."""
     gain = "; ".join(f"{number(g['gain_dn'], 6)} ± {number(g['gain_total_sigma_dn'], 2)} ({g['state']})"
                      for g in result["gain"])
     phase = "; ".join(f"{p['rms_rad']:.4f}" for p in result["phase"]) or "–"
@@ -102,28 +134,30 @@ def main():
     args = parser.parse_args()
     captures = pathlib.Path(os.environ.get("FRINGETWIN_CAPTURES", ROOT.parent / "shared/captures"))
     rows, sections, missing = [], [], []
-    for name, twin, origin, options in RUNS:
+    for name, twin, origin, options, more in RUNS:
         if args.only and name not in args.only:
+            row, section = kept(args.page, name)
+            if row:
+                rows.append(row)
+                sections.append(section)
             continue
         if not (captures / name).is_dir():
             missing.append(name)
             continue
         out = args.out / name
-        command = [str(args.program), "cosim", f"datasets/{twin}", "--out", str(out), *options]
         print(f"== {name}", file=sys.stderr)
-        start = time.monotonic()
-        status = subprocess.run(command, cwd=ROOT, env=os.environ | {"FRINGETWIN_CAPTURES": str(captures)}).returncode
-        seconds = time.monotonic() - start
-        if status not in (0, 1, 5):
-            sys.exit(f"{name}: the program ended with exit code {status}; the page is not written")
-        result = json.loads((out / "result.json").read_text(encoding="utf-8"))
-        rows.append(row_of(name, result, seconds))
+        result, seconds = run(args.program, twin, options, out, captures)
+        ratio = held_out(result)
+        commands = f"`fringetwin cosim datasets/{twin} {' '.join(options)}`\n"
+        if more:
+            fit = ["--refine", f"{options[options.index('--refine') + 1]},{more}"]
+            of_held_out = explained(result)
+            result, seconds = run(args.program, twin, fit, out, captures)
+            commands += f"{of_held_out}\n\nAll images fitted, which the table's other columns are of: `fringetwin cosim datasets/{twin} {' '.join(fit)}`\n"
+        rows.append(row_of(name, ratio, result, seconds))
         image = picture(out, name) if args.page else None
         shown = f"\n\n![gray difference of {name}, mean of its images](images/{image})" if image else ""
-        why = "".join(f"\n- {e['quantity']} {e['region']}: {e['state']}; χ² {number(e['chi2'], 3)} (limit {number(e['chi2_limit'], 3)}), "
-                      f"of regions {number(e['regional_chi2'], 3)} ({number(e['regional_limit'], 3)})"
-                      for e in result["explained"] if e.get("chi2") is not None)
-        sections.append(f"## {name}\nTwin: `datasets/{twin}`: {origin}.\n`fringetwin cosim datasets/{twin} {' '.join(options)}`\n{why}{shown}\n")
+        sections.append(f"## {name}\nTwin: `datasets/{twin}`: {origin}. Run with {version_of(args.program)}.\n{commands}{explained(result)}{shown}\n")
     if not rows:
         sys.exit(f"no real captures at {captures} (FRINGETWIN_CAPTURES); `make captures` fetches them")
     table = ("| set | held-out images: rms over predicted noise (least … largest image) | phase difference, rad rms | gain, DN "
@@ -131,10 +165,9 @@ def main():
     lack = f"\n\nNot run, since their images are not here: {', '.join(missing)}." if missing else ""
     print(table + lack)
     if args.page:
-        version = subprocess.run([args.program, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
         write_whole(args.page, f"""# Real rigs
 
-What the program says of real captures, written by `make real` ({version}, two CPU cores, Mesa's software driver). The images are fetched by `make captures`; two
+What the program says of real captures, written by `make real` (two CPU cores, Mesa's software driver). The images are fetched by `make captures`; two
 commands, and a stranger gets these numbers. Columns: [held-out images](metrics/gray.md#held-out-images-held_out), [phase](metrics/phase.md), [gain and what it is worth](metrics/gray.md), [verdicts](metrics/verdict.md), [causes](metrics/causes.md).
 
 {table}{lack}
