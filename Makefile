@@ -35,7 +35,8 @@ program: configure
 	@cmake --build build -j $(JOBS) --target fringetwin_binary
 
 # The Debian package, in build/. It has the program, its pages and data sets; docs and dependencies: cmake/package.cmake.
-package: program
+package: configure
+	@cmake --build build -j $(JOBS) --target packaged
 	@cmake -E chdir build cpack >build/package.log 2>&1 || { cat build/package.log; exit 2; }
 	@ls build/fringetwin_*.deb
 

@@ -6,18 +6,24 @@
 #include "compare/diff.hpp"
 
 namespace fringetwin::cli {
+namespace {
+
+struct DiffCommand {
+  std::string a, b;
+  bool json = false;
+};
+
+}  // namespace
 
 void add_diff(CLI::App& app, Invocation& invocation) {
-  auto runs = std::make_shared<std::pair<std::string, std::string>>();
+  auto runs = std::make_shared<DiffCommand>();
   CLI::App* sub = app.add_subcommand("diff", "Two results: paired differences (B - A) on stdout");
-  sub->add_option("run_a", runs->first, "Folder of a run, or its result.json")
-      ->type_name("RUN_A")
-      ->required();
-  sub->add_option("run_b", runs->second, "Folder of a run, or its result.json")
-      ->type_name("RUN_B")
-      ->required();
-  run_when_chosen(*sub, invocation, runs, [](const std::pair<std::string, std::string>& folders) {
-    fmt::print("{}", compare::diff_results(folders.first, folders.second));
+  sub->add_option("run_a", runs->a, "Folder of a run, or its result.json")->type_name("RUN_A")->required();
+  sub->add_option("run_b", runs->b, "Folder of a run, or its result.json")->type_name("RUN_B")->required();
+  sub->add_flag("--json", runs->json, "As JSON");
+  run_when_chosen(*sub, invocation, runs, [](const DiffCommand& o) {
+    const compare::Differences found = compare::diff_results(o.a, o.b);
+    fmt::print("{}", o.json ? compare::differences_json(found) : compare::differences_text(found));
     return 0;
   });
 }

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct NewCommand {
-  std::string out, camera = "5MP", projector = "1280x720";
+  std::string out = "rig", camera = "5MP", projector = "1280x720";
   double field_mm = 0.0;  ///< 0: half the distance
   NewRig rig;
 };
@@ -71,7 +71,7 @@ void add_new(CLI::App& app, Invocation& invocation) {
   begin_group(*sub, kOutput);
   sub->add_option("--out", o->out, "Folder for twin.toml; one that is there is not overwritten")
       ->type_name("DIR")
-      ->required();
+      ->capture_default_str();
   begin_group(*sub, "Rig");
   sub->add_option("--camera", o->camera, "WIDTHxHEIGHT in px, or 1.3MP, 2MP, 3MP, 5MP, 12MP, 20MP")
       ->type_name("SIZE")

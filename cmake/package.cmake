@@ -23,6 +23,10 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # volk opens libvulkan by name; reports have their plots from gnuplot; any driver will do.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "libvulkan1, mesa-vulkan-drivers | vulkan-icd, gnuplot-nox | gnuplot")
+if(FRINGETWIN_HAS_PYTHON)
+  math(EXPR next_minor "${Python3_VERSION_MINOR} + 1") # the module is of one version of Python
+  string(APPEND CPACK_DEBIAN_PACKAGE_DEPENDS ", python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+endif()
 
 # The version stands in CMakeLists.txt; CHANGELOG.md begins with it.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/CHANGELOG.md)

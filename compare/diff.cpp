@@ -13,6 +13,7 @@
 #include "compare/result/fit_keys.hpp"
 #include "compare/result/tables.hpp"
 #include "compare/result_file.hpp"
+#include "report/json.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/not_copyable.hpp"
@@ -211,46 +212,72 @@ double z_score(const Quantity& in_a, const Quantity& in_b, const Quantities& a, 
   return sigma > 0.0 ? (in_b.value - in_a.value) / sigma : kNaN;
 }
 
-std::string line(const std::string& name, std::size_t width, double a, double b, double z) {
-  return fmt::format("{:<{}}  {:>14.7g}  {:>14.7g}  {:>14.7g}  {:>8}\n", name, width, a, b, b - a,
-                     std::isfinite(z) ? fmt::format("{:.2f}", z) : "-");
+std::string line(const Difference& row, std::size_t width) {
+  return fmt::format("{:<{}}  {:>14.7g}  {:>14.7g}  {:>14.7g}  {:>8}\n", row.name, width, row.a, row.b,
+                     row.b - row.a, std::isfinite(row.z) ? fmt::format("{:.2f}", row.z) : "-");
 }
 
 }  // namespace
 
-std::string diff_results(const std::filesystem::path& a, const std::filesystem::path& b) {
+Differences diff_results(const std::filesystem::path& a, const std::filesystem::path& b) {
   const ResultFile file_a = read_result_file(a), file_b = read_result_file(b);
   const Quantities qa(Collector(file_a).collect()), qb(Collector(file_b).collect());
-  std::size_t width = 10;
-  for (const Quantity& q : qa.list()) width = std::max(width, std::min(q.name.size(), kWidestName));
-  std::string out =
-      fmt::format("A: {}\nB: {}\n\n{:<{}}  {:>14}  {:>14}  {:>14}  {:>8}\n", plain_text(a.string()),
-                  plain_text(b.string()), "quantity", width, "A", "B", "B - A", "z");
-  const std::size_t common_images = shared_images(file_a.json, file_b.json);
-  std::size_t shared = 0;
-  std::string only;
+  Differences out{.a = plain_text(a.string()),
+                  .b = plain_text(b.string()),
+                  .verdict_a = text_in(file_a, file_a.json, "verdict"),
+                  .verdict_b = text_in(file_b, file_b.json, "verdict"),
+                  .common_images = shared_images(file_a.json, file_b.json)};
   for (const Quantity& q : qa.list()) {
     const Quantity* other = qb.find(q.name);
     if (!other) {
-      only += "only in A: " + q.name + "\n";
+      out.only_in_a.push_back(q.name);
       continue;
     }
-    ++shared;
+    ++out.n_shared;
     if (q.is_sigma) continue;
-    const bool independent = common_images == 0 || q.simulated_only;
-    out += line(q.name, width, q.value, other->value, independent ? z_score(q, *other, qa, qb) : kNaN);
+    const bool independent = out.common_images == 0 || q.simulated_only;
+    out.rows.push_back({q.name, q.value, other->value, independent ? z_score(q, *other, qa, qb) : kNaN});
   }
   for (const Quantity& q : qb.list())
-    if (!qa.find(q.name)) only += "only in B: " + q.name + "\n";
-  if (shared == 0) out += "no number is in both results\n";
-  if (common_images > 0)
+    if (!qa.find(q.name)) out.only_in_b.push_back(q.name);
+  return out;
+}
+
+std::string differences_text(const Differences& d) {
+  std::size_t width = 10;
+  for (const Difference& row : d.rows) width = std::max(width, std::min(row.name.size(), kWidestName));
+  std::string out = fmt::format("A: {}\nB: {}\n\n{:<{}}  {:>14}  {:>14}  {:>14}  {:>8}\n", d.a, d.b,
+                                "quantity", width, "A", "B", "B - A", "z");
+  for (const Difference& row : d.rows) out += line(row, width);
+  if (d.n_shared == 0) out += "no number is in both results\n";
+  if (d.common_images > 0)
     out += fmt::format(
         "\nA and B read {} image files in common: what is made from them shares their errors, so no z is "
         "given there.\n",
-        common_images);
-  out += fmt::format("\nverdict: A {}, B {}\n", text_in(file_a, file_a.json, "verdict"),
-                     text_in(file_b, file_b.json, "verdict"));
-  return out + only;
+        d.common_images);
+  out += fmt::format("\nverdict: A {}, B {}\n", d.verdict_a, d.verdict_b);
+  for (const std::string& name : d.only_in_a) out += "only in A: " + name + "\n";
+  for (const std::string& name : d.only_in_b) out += "only in B: " + name + "\n";
+  return out;
+}
+
+std::string differences_json(const Differences& d) {
+  report::Json rows = report::Json::array();
+  for (const Difference& row : d.rows) {
+    rows.push_back({{"name", row.name}, {"a", row.a}, {"b", row.b}, {"difference", row.b - row.a}});
+    rows.back()["z"] = std::isfinite(row.z) ? report::Json(row.z) : nullptr;
+  }
+  const report::Json all{{"schema", "fringetwin-diff/1"},
+                         {"a", d.a},
+                         {"b", d.b},
+                         {"verdict_a", d.verdict_a},
+                         {"verdict_b", d.verdict_b},
+                         {"common_images", d.common_images},
+                         {"differences", rows},
+                         {"only_in_a", d.only_in_a},
+                         {"only_in_b", d.only_in_b}};
+  // a path may be of any bytes
+  return all.dump(1, ' ', false, report::Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace fringetwin::compare

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ctime>
 #include <fstream>
 #include <sstream>
@@ -35,7 +36,7 @@ TEST(Diff, PairsNumbersByName) {
   const auto a = write_run("a", t);
   t.gain_dn = 18.0;
   const auto b = write_run("b", t);
-  const std::string text = diff_results(a, b / "result.json");
+  const std::string text = differences_text(diff_results(a, b / "result.json"));
   EXPECT_THAT(text, HasSubstr("gain left gain_dn"));
   EXPECT_THAT(text, HasSubstr("phase left x rms_rad"));
   EXPECT_THAT(text, HasSubstr("fit ball simulated center_mm[2]"));
@@ -70,7 +71,8 @@ TEST(Diff, SharedImagesGiveNoZForWhatIsMadeFromThem) {
   const testing::SidesTruth t;
   const auto a = write_run("shared_a", t, both), b = write_run("shared_b", t, both);
   const auto c = write_run("shared_c", t, twin_only);
-  const std::string shared = diff_results(a, b), apart = diff_results(a, c);
+  const std::string shared = differences_text(diff_results(a, b)),
+                    apart = differences_text(diff_results(a, c));
   EXPECT_EQ(fields(shared, "gain left gain_dn").at(3), "-");
   EXPECT_EQ(fields(shared, "fit ball real radius_mm").at(3), "-");
   EXPECT_EQ(fields(shared, "fit ball simulated radius_mm").at(3), "0.00");
@@ -79,13 +81,35 @@ TEST(Diff, SharedImagesGiveNoZForWhatIsMadeFromThem) {
   EXPECT_THAT(apart, Not(HasSubstr("in common")));
 }
 
+TEST(Diff, IsJsonToo) {
+  testing::SidesTruth t;
+  const auto a = write_run("a", t);
+  t.gain_dn = 18.0;
+  t.cameras = 2;
+  const auto b = write_run("b", t);
+  const Differences found = diff_results(a, b);
+  const auto json = nlohmann::json::parse(differences_json(found));
+  EXPECT_EQ(json["schema"], "fringetwin-diff/1");
+  EXPECT_EQ(json["b"], b.string());
+  EXPECT_EQ(json["verdict_a"], found.verdict_a);
+  ASSERT_EQ(json["differences"].size(), found.rows.size());
+  const auto row = std::ranges::find(json["differences"], "gain left gain_dn",
+                                     [](const nlohmann::json& r) { return r["name"].get<std::string>(); });
+  ASSERT_NE(row, json["differences"].end());
+  EXPECT_NEAR((*row)["difference"].get<double>(), 0.7, 0.1);
+  EXPECT_GT((*row)["z"].get<double>(), 20.0);
+  EXPECT_TRUE(std::ranges::any_of(json["differences"], [](const auto& r) { return r["z"].is_null(); }));
+  EXPECT_THAT(json["only_in_b"].dump(), HasSubstr("gain right gain_dn"));
+  EXPECT_TRUE(json["only_in_a"].empty());
+}
+
 TEST(Diff, ListsWhatOnlyOneRunHas) {
   testing::SidesTruth t;
   const auto a = write_run("a", t);
   t.cameras = 2;
   const auto b = write_run("c", t);
-  EXPECT_THAT(diff_results(a, b), HasSubstr("only in B: gain right gain_dn"));
-  EXPECT_THAT(diff_results(b, a), HasSubstr("only in A: gain right gain_dn"));
+  EXPECT_THAT(differences_text(diff_results(a, b)), HasSubstr("only in B: gain right gain_dn"));
+  EXPECT_THAT(differences_text(diff_results(b, a)), HasSubstr("only in A: gain right gain_dn"));
 }
 
 /// A value of this field that differs from run to run.
@@ -153,7 +177,8 @@ void expect_lines(const std::string& text, const std::string& prefix, const std:
 }
 
 TEST(Diff, CoversEveryTable) {
-  const std::string text = diff_results(write_full_result("full_a", 2.0), write_full_result("full_b", 5.0));
+  const std::string text =
+      differences_text(diff_results(write_full_result("full_a", 2.0), write_full_result("full_b", 5.0)));
   for (const Table& table : tables()) expect_lines(text, table.key, table.fields());
   EXPECT_THAT(text, Not(HasSubstr("only in")));
   EXPECT_EQ(fields(text, "refinement parameters the_name after").at(3), "0.56");  // 3 / hypot(2, 5)
@@ -206,7 +231,7 @@ TEST(Diff, RefusesValuesOfTheWrongType) {
        {R"("provenance": 3)", R"("provenance": {"inputs_sha256": 3})", R"("gain": null)"}) {
     const testing::ScratchFolder folder;
     const auto file = folder.write("odd.json", result_with(rest));
-    EXPECT_THAT(diff_results(file, file), HasSubstr("no number is in both"));
+    EXPECT_THAT(differences_text(diff_results(file, file)), HasSubstr("no number is in both"));
   }
 }
 
@@ -217,7 +242,7 @@ TEST(Diff, ReadsAHundredThousandNumbersAtOnce) {
   const auto file = folder.write(
       "many.json", result_with(R"("fits": [{"object": "a\u001b[2J", "real": {"x_mm": [)" + numbers + "]}}]"));
   const std::clock_t begin = std::clock();
-  const std::string text = diff_results(file, file);
+  const std::string text = differences_text(diff_results(file, file));
   EXPECT_THAT(text, HasSubstr("fit a?[2J real x_mm[99999]"));
   // of computing: half a minute when each name was looked for, without the sanitizers
   EXPECT_LT((std::clock() - begin) / CLOCKS_PER_SEC, 20);

@@ -52,6 +52,15 @@ TEST(New, TheRigIsAsAskedFor) {
   EXPECT_GE(twin.fringes.directions[0].pitches_px[0], 14.0);
 }
 
+TEST(New, AsksForNoFolder) {
+  const fs::path here = folder("here");
+  fs::create_directories(here);
+  const RunResult run = run_fringetwin({"new", "--camera", "5MP", "--distance", "250", "--baseline", "100"},
+                                       {"-C", here.string()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(fs::exists(here / "rig" / "twin.toml")) << run.out;
+}
+
 TEST(New, WhatIsThereIsNotOverwritten) {
   const fs::path dir = folder("mine");
   write_file(dir / "twin.toml", "mine\n");

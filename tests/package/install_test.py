@@ -179,6 +179,8 @@ def check_package(build, source, scratch):
     depends = {word.split()[0] for group in field["Depends"].split(",") for word in group.split("|")}
     for library, owners in needed_packages(prefix).items():
         expect(owners & depends, f"{library} is of {owners}, which the package does not depend on")
+    if list(prefix.rglob("_core*.so")):
+        expect({"python3", "python3-numpy"} <= depends, f"the Python module needs more than {sorted(depends)}")
     check_places(prefix, [str(build), str(source), str(scratch)])
     check_files(prefix, build, source)
     check_program(prefix)
