@@ -289,19 +289,16 @@ class Refiner {
                       "refine fewer of them at a time");
   }
 
-  /// Holds harmonics that are the same in every image, the order of the steps, where each pixel has an
-  /// offset.
+  /// Holds what an offset of each pixel does as well.
   void hold_what_offsets_hold(GroupFit& fit) {
-    if (!report_.own.offset || twin_.fringes.steps == 0) return;
-    std::vector<std::size_t> same;
-    for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (parameters_[k].harmonic > 0 && parameters_[k].harmonic % twin_.fringes.steps == 0) {
-        same.push_back(k);
-        held_.push_back(k);
-        report_.notes.push_back(
-            parameters_[k].name +
-            " stays at the twin's value: it is the same in all images of a pixel, as its offset");
-      }
+    if (!report_.own.offset) return;
+    const std::vector<std::size_t> same = alike_in_all_images(twin_, parameters_);
+    for (const std::size_t k : same) {
+      held_.push_back(k);
+      report_.notes.push_back(
+          parameters_[k].name +
+          " stays at the twin's value: it is the same in all images of a pixel, as its offset");
+    }
     if (!same.empty()) fit.hold(same);
   }
 

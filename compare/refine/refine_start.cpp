@@ -128,6 +128,16 @@ Eigen::VectorXd values_at(const Twin& twin, const std::vector<Parameter>& parame
   return values;
 }
 
+std::vector<std::size_t> alike_in_all_images(const Twin& twin, const std::vector<Parameter>& parameters) {
+  std::size_t n_pitches = 0;
+  for (const DirectionFringes& d : twin.fringes.directions) n_pitches += d.pitches_px.size();
+  std::vector<std::size_t> same;
+  for (std::size_t k = 0; n_pitches == 1 && twin.fringes.steps > 0 && k < parameters.size(); ++k)
+    if (const int order = parameters[k].harmonic; order > 0 && order % twin.fringes.steps == 0)
+      same.push_back(k);
+  return same;
+}
+
 void start_at_fitted_places(GroupFit& fit, const Twin& twin, const measure::PointCloud& cloud) {
   for (const FittedPlace& place : fitted_places(twin, fit.parameters(), cloud))
     if (fit.start_at(values_at(twin, fit.parameters(), fit.values(), place)))

@@ -27,6 +27,10 @@ std::vector<FittedPlace> fitted_places(const Twin& twin, const std::vector<Param
 Eigen::VectorXd values_at(const Twin& twin, const std::vector<Parameter>& parameters, Eigen::VectorXd values,
                           const FittedPlace& place);
 
+/// Returns which parameters are harmonics that are the same in all phase steps of a pixel: those of the order
+/// of the steps, or of a multiple of it, where all steps are of one pitch. From pitch to pitch they differ.
+std::vector<std::size_t> alike_in_all_images(const Twin& twin, const std::vector<Parameter>& parameters);
+
 /// Lets the fit begin at each place at which the gray values fit better.
 void start_at_fitted_places(GroupFit& fit, const Twin& twin, const measure::PointCloud& cloud);
 
