@@ -13,9 +13,8 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr double kLightPrior = 0.3;  ///< by which the light of an image lit apart may be another
-constexpr std::size_t kChunks =
-    32;                       ///< of pixels: a fixed number, for sums that do not depend on the threads
-constexpr int kBlockPx = 28;  ///< side of the blocks of pixels whose errors may belong together
+constexpr std::size_t kChunks = 32;  ///< of pixels: sums must not depend on how many threads there are
+constexpr int kBlockPx = 28;         ///< side of the blocks of pixels whose errors may belong together
 
 /// An orthonormal basis of what a pixel has of its own, offset first.
 struct OwnDirections {

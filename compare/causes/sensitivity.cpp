@@ -596,16 +596,19 @@ bool Sensitivity::renders_images_together(const Twin& fitted,
          });
 }
 
-Sensitivity::Values Sensitivity::column_beside(const Parameter& other, const Twin& twin,
-                                               const std::vector<Parameter>& parameters,
-                                               const Eigen::VectorXd& values, const Values& base,
-                                               Derivative derivative) const {
+const Sensitivity::Values& Sensitivity::column_beside(const Parameter& other, const Twin& twin,
+                                                      const std::vector<Parameter>& parameters,
+                                                      const Eigen::VectorXd& values, const Values& base,
+                                                      Derivative derivative,
+                                                      std::map<std::string, Values>& known) const {
+  const auto [it, is_new] = known.try_emplace(other.name);
+  if (!is_new) return it->second;
   std::vector<Parameter> with = parameters;
   with.push_back(other);
   Eigen::VectorXd at(values.size() + 1);
   at << values, other.start;
   double step = other.step;
-  return column(twin, with, at, parameters.size(), base, derivative, step);
+  return it->second = column(twin, with, at, parameters.size(), base, derivative, step);
 }
 
 Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Parameter>& parameters,
@@ -620,9 +623,7 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
   const auto column_of = [&](const Parameter& other) -> const Values& {
     const auto found = std::ranges::find(parameters, other.name, &Parameter::name) - parameters.begin();
     if (found < std::ssize(out.each)) return out.each[static_cast<std::size_t>(found)];
-    const auto [it, is_new] = of_others.try_emplace(other.name);
-    if (is_new) it->second = column_beside(other, twin, parameters, values, out.rough, derivative);
-    return it->second;
+    return column_beside(other, twin, parameters, values, out.rough, derivative, of_others);
   };
   const bool are_rendered = renders_images_together(fitted, parameters);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
@@ -661,15 +662,11 @@ Sensitivity::Columns Sensitivity::columns_of_all_groups(const Twin& twin,
     for (std::size_t k = 0; k < parameters.size(); ++k) {
       const Parameter& p = parameters[k];
       if (tells_derivative(p) != closed) continue;
-      if (p.effect_of_sinusoids && p.does_as && are_rendered) {
-        const auto [it, is_new] = of_all_images.try_emplace(p.does_as->name);
-        if (is_new)
-          it->second = column_beside(*p.does_as, twin, parameters, values, out.rough, Derivative::quick);
-        out.each[k] = scaled_column(it->second, p);
-        after(++done);
-        continue;
-      }
-      out.each[k] = column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
+      out.each[k] = p.effect_of_sinusoids && p.does_as && are_rendered
+                        ? scaled_column(column_beside(*p.does_as, twin, parameters, values, out.rough,
+                                                      Derivative::quick, of_all_images),
+                                        p)
+                        : column(twin, parameters, values, k, out.rough, Derivative::quick, out.steps[k]);
       after(++done);
     }
   };

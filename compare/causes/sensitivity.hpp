@@ -5,7 +5,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "compare/gray/gain_fit.hpp"
@@ -216,9 +218,12 @@ class Sensitivity {
   /// Returns whether effects of sinusoids are none, and one rendering of all images tells what they stand
   /// for.
   bool renders_images_together(const Twin& fitted, const std::vector<Parameter>& parameters) const;
-  /// Returns the column of a parameter that stands beside these, at its start.
-  Values column_beside(const Parameter& other, const Twin& twin, const std::vector<Parameter>& parameters,
-                       const Eigen::VectorXd& values, const Values& base, Derivative derivative) const;
+  /// Returns the column of a parameter that stands beside these, at its start; `known`: those that were asked
+  /// for, by name.
+  const Values& column_beside(const Parameter& other, const Twin& twin,
+                              const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                              const Values& base, Derivative derivative,
+                              std::map<std::string, Values>& known) const;
   /// Returns whether the parameter's effect tells its derivative.
   bool tells_derivative(const Parameter& parameter) const;
   /// Returns the column of a parameter that does as another one whose column is `other` (Parameter::times).

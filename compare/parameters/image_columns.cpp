@@ -143,7 +143,7 @@ class ImageList : private GroupList {
         p.instead = "leave it out, or pixel_structure: the raster would stay, and twin.toml takes no shifts";
         continue;
       }
-      render_with_others(p, image, [n = patterns_.size()](Twin& t, std::size_t of_image, double d) {
+      change_images(p, image, [n = patterns_.size()](Twin& t, std::size_t of_image, double d) {
         t.projector->image_shifts_px.resize(n, 0.0);
         t.projector->image_shifts_px[of_image] += d;
       });
@@ -166,12 +166,13 @@ class ImageList : private GroupList {
   }
 
  private:
-  /// Lets a parameter change one image of a twin, and gives it a parameter that changes all compared ones by
-  /// as much: its rendering tells the derivatives in each.
+  /// Lets a parameter that takes the fringes for sinusoids change one image of a twin, and gives it one that
+  /// changes all compared images by as much: its rendering tells the derivatives in each.
   template <class ChangesImage>
-  void render_with_others(Parameter& p, int image, const ChangesImage& changes) const {
+  void change_images(Parameter& p, int image, const ChangesImage& changes) const {
     p.change = [=](Twin& t, double d) { changes(t, static_cast<std::size_t>(image), d); };
     p.only_image = image;
+    if (!p.effect_of_sinusoids) return;
     const std::size_t of_what = p.name.find('.');
     Parameter all{
         .group = group_, .name = "all_images" + p.name.substr(of_what), .unit = p.unit, .step = p.step};
@@ -186,19 +187,15 @@ class ImageList : private GroupList {
     const auto at = static_cast<std::size_t>(image);
     Parameter& p = add(fmt::format("image_{}.harmonic.{}{}", image, order, name_of_part(part)), "",
                        harmonic_part(twin_.fringes.harmonics_of_image(at), order, part, kLowest), 1e-3,
-                       std::function<void(Twin&, double)>());
-    render_with_others(p, image, [=, n = patterns_.size()](Twin& t, std::size_t of_image, double d) {
+                       order == 1 ? contrast_effect(image) : nullptr);
+    p.effect_of_sinusoids = order == 1;
+    change_images(p, image, [=, n = patterns_.size()](Twin& t, std::size_t of_image, double d) {
       t.fringes.image_harmonics.resize(n);
       add_to_part(t.fringes.image_harmonics[of_image], order, part, d, kLowest);
     });
     p.smallest = -1.0, p.largest = 1.0;  // as the file takes them
     p.expected = kExpected;
-    if (order == 1) {
-      p.effect = contrast_effect(image);
-      p.effect_of_sinusoids = true;
-    } else {
-      p.does_as = std::make_shared<Parameter>(harmonic_parameter(twin_, order, part));
-    }
+    if (order > 1) p.does_as = std::make_shared<Parameter>(harmonic_parameter(twin_, order, part));
   }
 
   /// The first harmonic of the light grows by `value` in one image.
