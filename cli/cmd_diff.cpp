@@ -20,7 +20,8 @@ void add_diff(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("diff", "Two results: paired differences (B - A) on stdout");
   sub->add_option("run_a", runs->a, "Folder of a run, or its result.json")->type_name("RUN_A")->required();
   sub->add_option("run_b", runs->b, "Folder of a run, or its result.json")->type_name("RUN_B")->required();
-  sub->add_flag("--json", runs->json, "As JSON");
+  begin_group(*sub, kOutput);
+  sub->add_flag("--json", runs->json, "Print the differences as JSON");
   run_when_chosen(*sub, invocation, runs, [](const DiffCommand& o) {
     const compare::Differences found = compare::diff_results(o.a, o.b);
     fmt::print("{}", o.json ? compare::differences_json(found) : compare::differences_text(found));
