@@ -82,10 +82,12 @@ std::optional<Shape> fitted_shape(const Object& object, const measure::ObjectFit
 std::vector<FittedPlace> fitted_places(const Twin& twin, const std::vector<Parameter>& parameters,
                                        const measure::PointCloud& cloud) {
   std::vector<FittedPlace> places;
+  const auto moves = [&](const Object& object) { return !motions_among(parameters, object).empty(); };
+  if (std::ranges::none_of(twin.objects, moves)) return places;  // distances to a measured mesh cost seconds
   std::vector<OwnPoints> own = own_points(twin, cloud);
   for (std::size_t k = 0; k < twin.objects.size(); ++k) {
     const Object& object = twin.objects[k];
-    if (own[k].distance_mm.empty() || motions_among(parameters, object).empty()) continue;
+    if (own[k].distance_mm.empty() || !moves(object)) continue;
     std::set<double> gates_mm{kWideGateMm};
     for (const FitRequest& asked : twin.measure.fits)
       if (asked.object == object.name) gates_mm.insert(asked.gate_mm);
