@@ -24,6 +24,7 @@ constexpr double kPoorColumns = 0.5;   ///< of the predicted fall of chi2, by wh
 constexpr int kMostPasses = 6;         ///< over both kinds of groups
 constexpr double kFarSteps = 2.0;      ///< of a parameter: a fiftieth of a fringe
 constexpr double kTooFarSteps = 10.0;  ///< where a quick derivative at another place stands for that here
+constexpr double kWorthExact = 0.01;   ///< of chi2: less than that is left to gain
 constexpr double kNotNear = 0.1;       ///< of what a fit lacks: less than that more is not worth a step
 constexpr double kNotTold = 0.5;       ///< of the prior
 constexpr int kMostRounds = 5;         ///< of a fit with curves told at another gain
@@ -98,7 +99,7 @@ std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
 }
 
 /// Returns chi2 of a prediction with the best gain and black level, and puts them into the samples.
-double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
+GroupFit::Settled GroupFit::settled(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
   if (&base == &base_) sensitivity_.take_exposures(twin());  // others come from predict()
   NormalEquations e = sensitivity_.equations_at(base, {base, {}}, free);
   std::vector<std::size_t> sensors = sensors_of(free);
@@ -106,7 +107,7 @@ double GroupFit::settled_chi2(const Sensitivity::Values& base, FreePerPixel free
   const Step step = solve_step(e, sensors);
   n_ = e.n;
   if (settle) sensitivity_.move_sensors(step.change);
-  return step.chi2;
+  return {step.chi2, step.chi2 + e.beyond};
 }
 
 bool GroupFit::start_at(const Eigen::VectorXd& values) {
@@ -145,7 +146,7 @@ std::optional<std::pair<Sensitivity::Columns, Eigen::VectorXd>> GroupFit::give_c
 
 void GroupFit::render_columns() {
   columns_ = sensitivity_.columns(twin_, parameters_, values_, derivative_,
-                                  columns_ ? columns_->steps : std::vector<double>{});
+                                  columns_ ? columns_->steps : std::vector<Sensitivity::DerivativeStep>{});
   columns_at_ = values_;
   ++n_columns_;
 }
@@ -198,7 +199,7 @@ bool GroupFit::fit(const Block& block) {
   const FreePerPixel free = free_of(block);
   std::vector<std::size_t> told = told_of(block);
   if (!options_.keep_scale) sensitivity_.choose_scale(base_, free);
-  double damping = 0.0, chi2 = settled_chi2(base_, free, told.empty()) + prior_chi2(values_);
+  double damping = 0.0, loss = settled(base_, free, told.empty()).loss + prior_chi2(values_);
   bool moved = false, nearly = false;
   converged_ = told.empty();
   const std::vector<std::size_t> all = told;
@@ -206,7 +207,7 @@ bool GroupFit::fit(const Block& block) {
     throw_if_cancelled();
     told = all;
     const NormalEquations e = equations_with_prior(free);
-    if (options_.on_step) options_.on_step(n_steps_, chi2 / static_cast<double>(e.n));
+    if (options_.on_step) options_.on_step(n_steps_, (loss - e.beyond) / static_cast<double>(e.n));
     Damped solved = solve(e, told, free, damping);
     // what its bound stops does not steer the others
     for (std::vector<std::size_t> inside; !told.empty(); inside.clear()) {
@@ -216,7 +217,8 @@ bool GroupFit::fit(const Block& block) {
       told = inside;
       if (!told.empty()) solved = solve(e, told, free, damping);
     }
-    const double scale2 = std::max(1.0, chi2 / static_cast<double>(e.n)), little = kSettledChi2 * scale2,
+    const double chi2 = loss - e.beyond, scale2 = std::max(1.0, chi2 / static_cast<double>(e.n)),
+                 little = kSettledChi2 * scale2,
                  expected = chi2 - (e.chi2 + prior_chi2(values_) - solved.fall);
     double sigmas = 0.0;  // the longest step of a parameter
     Eigen::VectorXd next = values_;
@@ -243,10 +245,10 @@ bool GroupFit::fit(const Block& block) {
       continue;
     }
     ++n_steps_;
-    if (const double gained = try_values(next, free, chi2); gained > 0.0) {
+    if (const double gained = try_values(next, free, loss); gained > 0.0) {
       // anew: with another gain and black level other values are outliers
-      chi2 =
-          sensors_of(free).empty() ? chi2 - gained : settled_chi2(base_, free, false) + prior_chi2(values_);
+      loss =
+          sensors_of(free).empty() ? loss - gained : settled(base_, free, false).loss + prior_chi2(values_);
       moved = moved || gained > little;
       // where old columns are too long every step falls short of what they could predict
       const bool is_poor =
@@ -258,6 +260,12 @@ bool GroupFit::fit(const Block& block) {
     } else if (damping == 0.0 && expected < little && !is_far) {
       converged_ = true;
     } else if (!are_fresh) {
+      render_columns();
+      damping = 0.0;
+    } else if (options_.exact && derivative_ == Sensitivity::Derivative::quick &&
+               expected < kWorthExact * chi2) {
+      // so near, what a quick derivative lacks leads astray, and no shorter step would help
+      derivative_ = Sensitivity::Derivative::exact;
       render_columns();
       damping = 0.0;
     } else {
@@ -272,19 +280,19 @@ bool GroupFit::fit(const Block& block) {
   return moved;
 }
 
-/// Moves to these values if chi2 falls there; returns by how much.
-double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, double chi2) {
+/// Moves to these values if the loss falls there; returns by how much.
+double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, double loss) {
   try {
     Sensitivity::Values base = predict(next);
-    const double now = settled_chi2(base, free, false) + prior_chi2(next);
-    if (!(now < chi2)) {
+    const double now = settled(base, free, false).loss + prior_chi2(next);
+    if (!(now < loss)) {
       sensitivity_.take_exposures(twin());
       return 0.0;
     }
     if (!sensors_of(free).empty()) settled_chi2(base, free, true);
     values_ = next;
     take_base(std::move(base));
-    return chi2 - now;
+    return loss - now;
   } catch (const UserError&) {
     return 0.0;  // no such lens: a smaller step
   }

@@ -164,7 +164,13 @@ class GroupFit {
   double prior_chi2(const Eigen::VectorXd& values) const;
   /// Returns what is predicted with these values, whose exposures the equations count with from now on.
   Sensitivity::Values predict(const Eigen::VectorXd& values);
-  double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle);
+  double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
+    return settled(base, free, settle).chi2;
+  }
+  struct Settled {
+    double chi2, loss;  ///< sums; the loss is what a fit makes least
+  };
+  Settled settled(const Sensitivity::Values& base, FreePerPixel free, bool settle);
   void render_columns();
   bool is_far_from_columns(double steps) const;
   bool leads_outside(std::size_t parameter, double change) const;
@@ -174,7 +180,7 @@ class GroupFit {
   const NormalEquations& sums(FreePerPixel free);
   Damped solve(const NormalEquations& e, std::vector<std::size_t> unknowns, FreePerPixel free,
                double damping) const;
-  double try_values(const Eigen::VectorXd& next, FreePerPixel free, double chi2);
+  double try_values(const Eigen::VectorXd& next, FreePerPixel free, double loss);
   bool fit(const Block& block);
   void fit_all();
   std::optional<std::size_t> one_of_the_same(const std::vector<std::size_t>& told,

@@ -138,7 +138,8 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
   const GridSamples& s = samples_[camera];
   const auto k = static_cast<Eigen::Index>(s.images.size());
   const std::size_t first = pixel * s.images.size();
-  auto& [weight, weighted_e, value, weighted_offset, own_directions] = scratch;
+  auto& [weight, weighted_e, value, weighted_offset, own_directions, beyond] = scratch;
+  beyond = 0.0;
   weight.resize(k), weighted_e.resize(k), value.resize(k), weighted_offset.resize(k);
   std::uint64_t used = 0;
   for (Eigen::Index j = 0; j < k; ++j) {
@@ -160,6 +161,7 @@ std::uint64_t Sensitivity::pixel_rows(std::size_t camera, std::size_t pixel, con
     if (const double size = std::abs(residuals[j]); size > threshold_[camera]) {
       const double root = std::sqrt(threshold_[camera] / size);
       weight[j] *= root, weighted_e[j] *= root, value[j] *= root, weighted_offset[j] *= root;
+      beyond += threshold_[camera] * (size - threshold_[camera]);
       any_beyond = true;
     }
   if (any_beyond) {
@@ -220,13 +222,17 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
     for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
       EquationSum sum(size, unknowns.of_images);
       PixelScratch scratch;
+      double beyond = 0.0;
       const std::size_t first = (begin_of(chunk, c) + every - 1) / every * every;
       for (std::size_t p = first; p < begin_of(chunk + 1, c); p += every) {
         const std::uint64_t used =
             pixel_rows(c, p, base, unknowns, free, scratch, sum.rows(), sum.residual());
-        if (used > 0) sum.take(scratch.own, used);
+        if (used == 0) continue;
+        sum.take(scratch.own, used);
+        beyond += scratch.beyond;
       }
       parts[chunk] = sum.finish();
+      parts[chunk].beyond = beyond;
     }
     for (const NormalEquations& part : parts) {
       for (Eigen::Index i = 0; i < size; ++i) {
@@ -234,6 +240,7 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
         out.right[unknowns.at[i]] += part.right[i];
       }
       out.chi2 += part.chi2;
+      out.beyond += part.beyond;
       out.n += part.n;
     }
   }
@@ -241,6 +248,7 @@ NormalEquations Sensitivity::equations_at(const Values& base, const Columns& col
   out.normal = as_often * Eigen::MatrixXd(out.normal.selfadjointView<Eigen::Lower>());
   out.right *= as_often;
   out.chi2 *= as_often;
+  out.beyond *= as_often;
   out.n *= every;
   add_prior_of_lights(out);
   return out;

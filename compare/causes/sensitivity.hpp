@@ -37,6 +37,9 @@ struct NormalEquations {
   double chi2 = 0.0;             ///< sum of weighted squares before any step
   std::uint64_t n = 0;           ///< values
   std::size_t n_parameters = 0;  ///< the first ones; then (gain, black) per camera, then those of images
+  /// What Huber's loss, which the step makes least, has of values beyond the robust scale besides chi2: there
+  /// the square of a value with its robust weight grows half as fast as the loss.
+  double beyond = 0.0;
   std::size_t gain_at(std::size_t camera) const { return n_parameters + 2 * camera; }
   std::size_t black_at(std::size_t camera) const { return gain_at(camera) + 1; }
   /// Returns the rows and columns of some unknowns, in their order.
@@ -142,22 +145,29 @@ class Sensitivity {
 
   /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
   /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
-  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, but
+  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, or with shorter
+  /// ones where the images bend over those, but
   /// for a value at its bound.
   enum class Derivative { quick, exact };
+  /// A step that changed the images as much as is wanted of a quick derivative, and as far as it may grow.
+  struct DerivativeStep {
+    double length = 0.0, longest = 0.0;
+    /// The first one: it may grow to a thousand times what suits a rig of usual size.
+    static DerivativeStep of(const Parameter& p) { return {p.step, 1e3 * p.step}; }
+  };
 
   /// Derivatives of the irradiance by the parameters, zeros where one changes nothing, and the irradiance
   /// from as many points per pixel, so that what changes the images as the gain does cannot be told from it.
   struct Columns {
     Values rough;
     std::vector<Values> each;
-    std::vector<double> steps = {};  ///< that changed the images as much as is wanted of a quick derivative
+    std::vector<DerivativeStep> steps = {};
     std::vector<bool> exposes =
         {};  ///< of each: all light is in proportion to it, a pixel's own, too; or empty
   };
   /// `steps`: where the search for each step begins; empty: with those of the parameters.
   Columns columns(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                  Derivative derivative = Derivative::quick, std::vector<double> steps = {});
+                  Derivative derivative = Derivative::quick, std::vector<DerivativeStep> steps = {});
   /// Fills GridSamples::pose_slopes of all samples, which the columns of motion need, with the columns of a
   /// pose; `pose`: their places among the columns.
   void take_pose_slopes(const Columns& columns, const std::vector<std::size_t>& pose);
@@ -201,7 +211,7 @@ class Sensitivity {
   std::size_t begin_of(std::size_t chunk, std::size_t camera) const;
   /// `step`: where the search begins, and where it ended.
   Values column(const Twin& twin, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                std::size_t at, const Values& base, Derivative derivative, double& step) const;
+                std::size_t at, const Values& base, Derivative derivative, DerivativeStep& step) const;
   /// Returns the points per pixel of derivatives: as many as of residuals where the edges of a code or high
   /// harmonics lie within pixels. With fewer the gradient of a fit that leaves something is not that of what
   /// it leaves.
@@ -231,6 +241,14 @@ class Sensitivity {
   std::vector<float> irradiance_of(const Twin& twin, const GridSamples& samples, int points) const;
   /// Returns the change of the images of one camera, or of all, as part of their size.
   double relative_change(const Values& from, const Values& to, std::optional<std::size_t> camera) const;
+  /// Returns the second difference of the images of one camera, or of all, as part of the first one.
+  double curvature(const Values& less, const Values& base, const Values& more,
+                   std::optional<std::size_t> camera) const;
+  /// Takes images at a shorter step from `value` than those, less and more, where they bend too much over it;
+  /// returns whether it did.
+  bool take_nearer(const std::function<Values(double)>& images_at, double value,
+                   std::optional<std::size_t> camera, const Values& base, Values& less, Values& more,
+                   double& step) const;
   /// The unknowns that change the images of one camera: its gain and black level, where pixels have none of
   /// their own, behind the parameters whose columns are not zero there.
   struct Unknowns {
@@ -248,6 +266,7 @@ class Sensitivity {
   struct PixelScratch {
     Eigen::VectorXd weight, weighted_e, value, weighted_offset;
     Eigen::MatrixXd own;  ///< an orthonormal basis of what the pixel has of its own
+    double beyond = 0.0;  ///< NormalEquations::beyond of the pixel
   };
   /// Writes the weighted derivatives of one pixel's values, a row per image and a column per unknown, and the
   /// residuals without what it has of its own. Returns how many numbers are left in them; where that is 0

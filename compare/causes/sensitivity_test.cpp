@@ -6,6 +6,8 @@
 // | derivatives, E u and E/diffuse   | 5e-5 E    | 2 float roundings (6e-8 E) over a step of 0.01, x 4 |
 // | a thinned view, of the brightest | 1e-4      | phase in single precision: 5e-5 rad, both views    |
 // | planted change                   | 1 % of it | steps of 0.3 %: curvature 0.15 %, rounding 0.4 %   |
+// | slope of the loss                | 5 %       | its weights are chosen once, beside what a pixel   |
+// |                                  |           | has of its own; of chi2 the slope is another one   |
 // | regional chi2, a kind            | 0.12      | 3 sqrt(2/n), n = 1,280 squares                     |
 // | pixels left out, from the edge   | 3 px      | it slants: its own, one beside it, one of rounding |
 #include "compare/causes/sensitivity.hpp"
@@ -115,6 +117,42 @@ TEST(Sensitivity, LightGrowsWithTheReflectivity) {
     const std::size_t value = at.value(samples.images.size());
     const double e = (static_cast<double>(samples.real_dn[value]) - kBlack) / kGain;
     EXPECT_NEAR(derivative_of(twin, diffuse, samples, value), e / diffuse.start, 5e-5 * e);
+  }
+}
+
+// Of values beyond the robust scale a step makes Huber's loss least: the square with its robust weight falls
+// half as fast, and a fit that went by it turned good steps down.
+TEST(Sensitivity, TheLossFallsAsTheEquationsSay) {
+  const Twin twin = window_on_the_sphere();
+  const std::vector<Parameter> p{parameter(twin, "vignetting", "left.vignetting_tilt.x")};
+  for (const FreePerPixel free : {FreePerPixel::nothing, FreePerPixel::offset}) {
+    GridSamples samples = samples_of(twin, 0, whole());
+    std::mt19937 random(5);
+    std::normal_distribution<float> noise(0.0F, 1.0F);
+    for (std::size_t i = 0; i < samples.real_dn.size(); ++i) {
+      samples.real_dn[i] += noise(random);
+      // values far out, of the brightest images of pixels on one side, which pull the tilt
+      const bool is_right = static_cast<int>(i / samples.images.size()) % kWidth > kWidth / 2;
+      if (is_right && i % (3 * samples.images.size()) == 0) samples.real_dn[i] += 12.0F;
+    }
+    Sensitivity sensitivity(renderer(), {std::move(samples)});
+    const Sensitivity::Values base = sensitivity.predicted(twin, p, start_values(p));
+    const Sensitivity::Columns columns =
+        sensitivity.columns(twin, p, start_values(p), Sensitivity::Derivative::exact);
+    sensitivity.choose_scale(base, free);
+    const NormalEquations here = sensitivity.equations_at(base, columns, free);
+    const double step = 1e-3;
+    Eigen::Vector2d chi2, loss;
+    for (const int side : {0, 1}) {
+      const NormalEquations there = sensitivity.equations_at(
+          sensitivity.predicted(twin, p, Eigen::VectorXd::Constant(1, p[0].start + (2 * side - 1) * step)),
+          columns, free);
+      chi2[side] = there.chi2;
+      loss[side] = there.chi2 + there.beyond;
+    }
+    const double wanted = -2.0 * here.right[0];
+    EXPECT_NEAR((loss[1] - loss[0]) / (2.0 * step), wanted, 0.05 * std::abs(wanted));
+    EXPECT_GT(std::abs((chi2[1] - chi2[0]) / (2.0 * step) - wanted), 0.2 * std::abs(wanted));
   }
 }
 

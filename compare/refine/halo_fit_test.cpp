@@ -7,6 +7,8 @@
 // | planted value     | 3 sigma   | required; five numbers, normal: one seed in 74                     |
 // | sigma of a share  | 5e-3      | 0.3 DN of 200 DN, 38,400 values, most of them in no edge: 1e-3     |
 // | chi2              | 1.02      | 38,400 values: sqrt(2/n) = 0.0072                                  |
+// | derivative        | 1 %       | of its size: a central difference that bends by 5 % is 0.2 % off,  |
+// |                   |           | and edges have 9 points per pixel against 16                       |
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -84,6 +86,34 @@ TEST(HaloFit, FindsSharesAndWidthsBesideAWrongBlur) {
     }
     EXPECT_LT(fit.chi2(), 1.02);
   });
+}
+
+// A change of width that changes the images by 2 % is as large as the width itself: its slope was 12 % off.
+TEST(HaloFit, DerivativeOfAWidthIsThatOfTheReference) {
+  const Twin twin = with_halo(coded_window(), kPlanted);
+  const Images images = rendered(twin);
+  const std::vector<CameraImages> frames = frames_of(images);
+  Sensitivity sensitivity(testing::needed_renderer(), samples_of(images, same, frames));
+  const std::vector<Parameter> all = parameters(twin, {"blur", "halo"});
+  const Sensitivity::Columns columns =
+      sensitivity.columns(twin, all, start_values(all), Sensitivity::Derivative::exact, {});
+  const std::size_t at = 4;
+  const double step = 0.02 * all[at].start;
+  const auto traced_at = [&](double value) {
+    Eigen::VectorXd values = start_values(all);
+    values[at] = value;
+    return traced_by_reference(with_values(twin, all, values));
+  };
+  const Images more = traced_at(all[at].start + step), less = traced_at(all[at].start - step);
+  double error2 = 0.0, size2 = 0.0;
+  for (std::size_t i = 0; i < columns.each[at][0].size(); ++i) {
+    const std::size_t image = i % more[0].size(), pixel = i / more[0].size();
+    const double wanted =
+        static_cast<double>(more[0][image].data[pixel] - less[0][image].data[pixel]) / (2.0 * step);
+    error2 += std::pow(static_cast<double>(columns.each[at][0][i]) - wanted, 2);
+    size2 += wanted * wanted;
+  }
+  EXPECT_LT(std::sqrt(error2 / size2), 0.01) << all[at].name;
 }
 
 // From none: shares first, then widths.
