@@ -20,11 +20,13 @@ constexpr double kSettledSigmas = 0.05, kSettledChi2 = 0.5;
 constexpr double kNearlySettled =
     0.5;  ///< standard errors, where derivatives are too rough for a better step
 constexpr double kFirstDamping = 0.01, kLittleDamping = 1.0, kMostDamping = 1e3;
-constexpr double kPoorColumns = 0.5;   ///< of the predicted fall of chi2, by which a step's may be off
+/// Of the predicted fall, between which that of the loss may be: of values far out it falls up to twice as
+/// far.
+constexpr double kPoorColumns = 0.5, kTooMuch = 2.5;
 constexpr int kMostPasses = 6;         ///< over both kinds of groups
 constexpr double kFarSteps = 2.0;      ///< of a parameter: a fiftieth of a fringe
 constexpr double kTooFarSteps = 10.0;  ///< where a quick derivative at another place stands for that here
-constexpr double kWorthExact = 0.01;   ///< of chi2: less than that is left to gain
+constexpr double kOfQuick = 0.01;      ///< of chi2
 constexpr double kNotNear = 0.1;       ///< of what a fit lacks: less than that more is not worth a step
 constexpr double kNotTold = 0.5;       ///< of the prior
 constexpr int kMostRounds = 5;         ///< of a fit with curves told at another gain
@@ -98,7 +100,8 @@ std::vector<std::size_t> GroupFit::sensors_of(FreePerPixel free) const {
   return all;
 }
 
-/// Returns chi2 of a prediction with the best gain and black level, and puts them into the samples.
+/// Returns chi2 and the loss of a prediction with the best gain and black level; puts these into the samples
+/// where they are to settle.
 GroupFit::Settled GroupFit::settled(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
   if (&base == &base_) sensitivity_.take_exposures(twin());  // others come from predict()
   NormalEquations e = sensitivity_.equations_at(base, {base, {}}, free);
@@ -112,16 +115,17 @@ GroupFit::Settled GroupFit::settled(const Sensitivity::Values& base, FreePerPixe
 
 bool GroupFit::start_at(const Eigen::VectorXd& values) {
   const FreePerPixel free = free_of(blocks_.front());
-  chi2_ = settled_chi2(base_, free, false) / static_cast<double>(n_);
+  const Settled here = settled(base_, free, false);
+  chi2_ = here.chi2 / static_cast<double>(n_);
   Sensitivity::Values base = predict(values);
-  const double chi2 = settled_chi2(base, free, false) / static_cast<double>(n_);
-  if (!(chi2 < chi2_)) {
+  const Settled there = settled(base, free, false);
+  if (!(there.loss < here.loss)) {
     sensitivity_.take_exposures(twin());
     return false;
   }
   values_ = values;
   take_base(std::move(base));
-  chi2_ = chi2;
+  chi2_ = there.chi2 / static_cast<double>(n_);
   return true;
 }
 
@@ -207,7 +211,8 @@ bool GroupFit::fit(const Block& block) {
     throw_if_cancelled();
     told = all;
     const NormalEquations e = equations_with_prior(free);
-    if (options_.on_step) options_.on_step(n_steps_, (loss - e.beyond) / static_cast<double>(e.n));
+    const double chi2 = loss - e.beyond, scale2 = std::max(1.0, chi2 / static_cast<double>(e.n));
+    if (options_.on_step) options_.on_step(n_steps_, chi2 / static_cast<double>(e.n));
     Damped solved = solve(e, told, free, damping);
     // what its bound stops does not steer the others
     for (std::vector<std::size_t> inside; !told.empty(); inside.clear()) {
@@ -217,8 +222,7 @@ bool GroupFit::fit(const Block& block) {
       told = inside;
       if (!told.empty()) solved = solve(e, told, free, damping);
     }
-    const double chi2 = loss - e.beyond, scale2 = std::max(1.0, chi2 / static_cast<double>(e.n)),
-                 little = kSettledChi2 * scale2,
+    const double little = kSettledChi2 * scale2,
                  expected = chi2 - (e.chi2 + prior_chi2(values_) - solved.fall);
     double sigmas = 0.0;  // the longest step of a parameter
     Eigen::VectorXd next = values_;
@@ -251,21 +255,17 @@ bool GroupFit::fit(const Block& block) {
           sensors_of(free).empty() ? loss - gained : settled(base_, free, false).loss + prior_chi2(values_);
       moved = moved || gained > little;
       // where old columns are too long every step falls short of what they could predict
-      const bool is_poor =
-          std::abs(gained - expected) > kPoorColumns * expected && std::max(gained, expected) > little;
+      const bool is_poor = (gained < kPoorColumns * expected || gained > kTooMuch * expected) &&
+                           std::max(gained, expected) > little;
       converged_ = gained < little && damping <= kLittleDamping && (are_fresh || (!is_poor && !is_far));
       // at rest over old columns is no rest
       if (!converged_ && (is_poor || (!are_fresh && gained < little))) render_columns();
       damping = damping > kFirstDamping ? damping / 10.0 : 0.0;
     } else if (damping == 0.0 && expected < little && !is_far) {
       converged_ = true;
+    } else if (damping == 0.0 && is_left_to_exact(expected, chi2)) {
+      converged_ = true;  // and no shorter step would help
     } else if (!are_fresh) {
-      render_columns();
-      damping = 0.0;
-    } else if (options_.exact && derivative_ == Sensitivity::Derivative::quick &&
-               expected < kWorthExact * chi2) {
-      // so near, what a quick derivative lacks leads astray, and no shorter step would help
-      derivative_ = Sensitivity::Derivative::exact;
       render_columns();
       damping = 0.0;
     } else {
@@ -278,6 +278,12 @@ bool GroupFit::fit(const Block& block) {
   }
   chi2_ = settled_chi2(base_, free, false) / static_cast<double>(n_);
   return moved;
+}
+
+/// Returns whether a refused step was to gain so little that it may be the error of a quick derivative that
+/// asked for it: one of a tenth finds a hundredth of chi2 where there is nothing.
+bool GroupFit::is_left_to_exact(double expected, double chi2) const {
+  return options_.exact && derivative_ == Sensitivity::Derivative::quick && expected < kOfQuick * chi2;
 }
 
 /// Moves to these values if the loss falls there; returns by how much.
@@ -294,6 +300,7 @@ double GroupFit::try_values(const Eigen::VectorXd& next, FreePerPixel free, doub
     take_base(std::move(base));
     return loss - now;
   } catch (const UserError&) {
+    sensitivity_.take_exposures(twin());
     return 0.0;  // no such lens: a smaller step
   }
 }

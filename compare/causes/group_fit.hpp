@@ -40,9 +40,9 @@ struct GroupFitOptions {
   std::function<void(int step, double chi2)> on_step = {};
 };
 
-/// Fits by Levenberg's damped steps; the columns (derivatives) are rendered at the start and again where they
-/// no longer lower chi2. Gain (unless held) and black level of each camera are solved besides, where no pixel
-/// has its own; settle_sensors() puts them into the samples.
+/// Makes Huber's loss least by Levenberg's damped steps; the columns (derivatives) are rendered at the start
+/// and again where they no longer lower it. Gain (unless held) and black level of each camera are solved
+/// besides, where no pixel has its own; settle_sensors() puts them into the samples.
 class GroupFit {
  public:
   /// Holds what is known of one parameter, as it is fitted (a blur as its square).
@@ -164,13 +164,14 @@ class GroupFit {
   double prior_chi2(const Eigen::VectorXd& values) const;
   /// Returns what is predicted with these values, whose exposures the equations count with from now on.
   Sensitivity::Values predict(const Eigen::VectorXd& values);
-  double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
-    return settled(base, free, settle).chi2;
-  }
   struct Settled {
     double chi2, loss;  ///< sums; the loss is what a fit makes least
   };
   Settled settled(const Sensitivity::Values& base, FreePerPixel free, bool settle);
+  double settled_chi2(const Sensitivity::Values& base, FreePerPixel free, bool settle) {
+    return settled(base, free, settle).chi2;
+  }
+  bool is_left_to_exact(double expected, double chi2) const;
   void render_columns();
   bool is_far_from_columns(double steps) const;
   bool leads_outside(std::size_t parameter, double change) const;

@@ -105,6 +105,39 @@ TEST(GroupFit, CountsAnewWhereTheScaleIsAnother) {
   EXPECT_NEAR(fit.known()[0].noise_sigma / anew.known()[0].noise_sigma, 1.0, 1e-3);
 }
 
+// Every third pixel of one side is 12 standard deviations too bright: the fit must rest where Huber's loss is
+// least. The squares with their robust weights, by which it went before, are least elsewhere.
+TEST(GroupFit, RestsWhereTheLossIsLeast) {
+  const Twin twin = window_on_the_sphere();
+  std::vector<GridSamples> samples = measured({twin});
+  const std::size_t n = samples[0].images.size();
+  for (std::size_t p = 0; p < samples[0].n_pixels(); p += 3)
+    if (static_cast<int>(samples[0].cell[p]) % samples[0].grid.width > samples[0].grid.width / 2)
+      for (std::size_t i = p * n; i < (p + 1) * n; ++i) samples[0].real_dn[i] += 12.0F / samples[0].weight[i];
+  Sensitivity sensitivity(renderer(), std::move(samples));
+  GroupFit fit(sensitivity, twin, parameters_of(twin, "vignetting"), {.exact = true});
+  fit.run();
+  fit.settle_sensors();
+  EXPECT_TRUE(fit.converged());
+  const std::vector<Parameter>& parameters = fit.parameters();
+  const Sensitivity::Values base = sensitivity.predicted(twin, parameters, fit.values());
+  const NormalEquations e = sensitivity.equations_at(
+      base, sensitivity.columns(twin, parameters, fit.values(), Sensitivity::Derivative::exact),
+      FreePerPixel::nothing);
+  std::vector<std::size_t> unknowns;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (fit.known()[k].told) unknowns.push_back(k);
+  for (std::size_t c = 0; c < sensitivity.samples().size(); ++c) {
+    unknowns.push_back(e.gain_at(c));
+    unknowns.push_back(e.black_at(c));
+  }
+  const Step step = solve_step(e, unknowns);
+  EXPECT_GE(unknowns.size(), 4u);
+  for (const std::size_t k : unknowns)
+    EXPECT_LT(std::abs(step.change[static_cast<Eigen::Index>(k)]),
+              0.1 * step.sigma[static_cast<Eigen::Index>(k)]);
+}
+
 TEST(GroupFit, LightMovesNoPose) {
   const Twin twin = window_on_the_sphere();
   for (const Light light : {as_it_is, hot_spot}) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <numeric>
 #include <utility>
 
@@ -12,12 +11,9 @@
 #include "compare/causes/parameter_effects.hpp"
 #include "compare/causes/scaled_eigen.hpp"
 #include "compare/gray/texture_steps.hpp"
-#include "compare/parameters/closed_columns.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "compare/verdict/explained.hpp"
-#include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
-#include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {

@@ -145,13 +145,14 @@ class Sensitivity {
 
   /// How derivatives are taken: quick ones are the difference to one more rendering, with steps that change
   /// the images by about 0.3 % of their size; their errors (curvature, rounding) would make parameters that
-  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, or with shorter
-  /// ones where the images bend over those, but
-  /// for a value at its bound.
+  /// cannot be told apart look as if they could. Exact ones are central, with steps of 2 %, or shorter
+  /// ones where the images bend over those or a bound is near; one-sided at a bound.
   enum class Derivative { quick, exact };
-  /// A step that changed the images as much as is wanted of a quick derivative, and as far as it may grow.
+  /// A step of a quick derivative: as long as changes the images by what is wanted, or shorter where they
+  /// bend.
   struct DerivativeStep {
-    double length = 0.0, longest = 0.0;
+    double length = 0.0, longest = 0.0;  ///< as long as it may grow
+    bool is_refused = false;             ///< over a shorter one the images bent no less
     /// The first one: it may grow to a thousand times what suits a rig of usual size.
     static DerivativeStep of(const Parameter& p) { return {p.step, 1e3 * p.step}; }
   };
@@ -244,11 +245,20 @@ class Sensitivity {
   /// Returns the second difference of the images of one camera, or of all, as part of the first one.
   double curvature(const Values& less, const Values& base, const Values& more,
                    std::optional<std::size_t> camera) const;
-  /// Takes images at a shorter step from `value` than those, less and more, where they bend too much over it;
-  /// returns whether it did.
-  bool take_nearer(const std::function<Values(double)>& images_at, double value,
-                   std::optional<std::size_t> camera, const Values& base, Values& less, Values& more,
-                   double& step) const;
+  /// Images that differ by a step of a parameter; `from` is empty where they are those at the value itself.
+  struct Difference {
+    Values from = {}, to = {};
+    double step = 0.0;
+  };
+  /// Returns the images beside the value; nothing where they do not change.
+  std::optional<Difference> one_sided(const std::function<Values(double)>& images_at,
+                                      const Parameter& parameter, double value, const Values& base,
+                                      bool is_exact, DerivativeStep& found) const;
+  /// Returns the images on both sides of the value from those on one side, nearer ones where they bend too
+  /// much over the step.
+  Difference central_difference(const std::function<Values(double)>& images_at, double value,
+                                std::optional<std::size_t> camera, const Values& base, Difference found,
+                                DerivativeStep& step) const;
   /// The unknowns that change the images of one camera: its gain and black level, where pixels have none of
   /// their own, behind the parameters whose columns are not zero there.
   struct Unknowns {

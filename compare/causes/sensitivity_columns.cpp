@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of what is predicted by each parameter: in closed form, from images of other parameters, or from
-// renderings of changed twins.
+// Derivatives of what is predicted by each parameter: in closed form, from images of other parameters, or
+// from renderings of changed twins.
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "compare/causes/own_levels.hpp"
@@ -17,11 +18,12 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kWantedChange = 3e-3;  ///< of the images' size: 0.15 % of the derivative is curvature
-constexpr double kExactChange = 2e-2;   ///< central: 0.01 %
-constexpr double kMostCurvature = 0.03;      ///< of a central difference: 0.06 % of it is a third derivative
-constexpr double kWantedCurvature = 0.02;   ///< of a shorter step
-constexpr double kShortestChange = 3e-5;     ///< of the images' size: 0.3 % of a derivative is rounding
+constexpr double kWantedChange = 3e-3;     ///< of the images' size: 0.15 % of the derivative is curvature
+constexpr double kExactChange = 2e-2;      ///< central: 0.01 %
+constexpr double kMostCurvature = 0.03;    ///< of a central difference: 0.06 % of it is a third derivative
+constexpr double kWantedCurvature = 0.02;  ///< of a shorter step
+constexpr double kShortestChange = 3e-5;   ///< of the images' size: 0.3 % of a derivative is rounding
+constexpr double kLonger = kExactChange / kWantedChange;  ///< than a quick derivative's step
 constexpr int kMostAttempts = 4;
 constexpr double kNoChange = 1e-7;  ///< of the images' size: rounding
 
@@ -111,89 +113,104 @@ double Sensitivity::curvature(const Values& less, const Values& base, const Valu
   return slope > 0.0 ? std::sqrt(bend / slope) : 0.0;
 }
 
-/// A width may have to change by as much as itself to change the images by what is wanted; at edges that move
-/// over the points of a pixel, on the other hand, no step is short enough.
-bool Sensitivity::take_nearer(const std::function<Values(double)>& images_at, double value,
-                              std::optional<std::size_t> camera, const Values& base, Values& less, Values& more,
-                              double& step) const {
-  const double bend = curvature(less, base, more, camera),
-               shorter = std::max(kWantedCurvature / bend, kShortestChange / relative_change(base, more, camera));
-  if (!(bend > kMostCurvature && shorter < 1.0)) return false;
-  Values nearer_less = images_at(value - shorter * step), nearer_more = images_at(value + shorter * step);
-  if (!(curvature(nearer_less, base, nearer_more, camera) < std::sqrt(shorter) * bend))
-    return false;
-  less = std::move(nearer_less);
-  more = std::move(nearer_more);
-  step *= shorter;
-  return true;
+/// A width may have to change by as much as itself to change the images by what is wanted of it. At edges
+/// that move over the points of a pixel, on the other hand, no step is short enough: there the bend does not
+/// fall with the step.
+Sensitivity::Difference Sensitivity::central_difference(const std::function<Values(double)>& images_at,
+                                                        double value, std::optional<std::size_t> camera,
+                                                        const Values& base, Difference found,
+                                                        DerivativeStep& step) const {
+  found.from = images_at(value - found.step);
+  const double bend = curvature(found.from, base, found.to, camera),
+               shorter = std::max(kWantedCurvature / bend,
+                                  kShortestChange / relative_change(base, found.to, camera));
+  if (bend > kMostCurvature && shorter < 1.0 && !step.is_refused) {
+    Difference nearer{images_at(value - shorter * found.step), images_at(value + shorter * found.step),
+                      shorter * found.step};
+    step.is_refused = !(curvature(nearer.from, base, nearer.to, camera) < std::sqrt(shorter) * bend);
+    if (!step.is_refused) {
+      found = std::move(nearer);
+      step.length = found.step / kLonger;
+      step.longest = std::abs(step.length);
+    }
+  }
+  found.step *= 2.0;
+  return found;
 }
 
 Sensitivity::Values Sensitivity::column(const Twin& twin, const std::vector<Parameter>& parameters,
                                         const Eigen::VectorXd& values, std::size_t at, const Values& base,
-                                        Derivative derivative, DerivativeStep& found) const {
+                                        Derivative derivative, DerivativeStep& step) const {
   const Parameter& parameter = parameters[at];
   if (tells_derivative(parameter)) return closed_column(twin, parameters, values, at, base);
-  const double wanted = derivative == Derivative::exact ? kExactChange : kWantedChange,
-               longer = wanted / kWantedChange;  // than a quick derivative's step
-  const double longest = std::min(longer * found.longest, DerivativeStep::of(parameter).longest);
-  const auto inside = [&](double value) { return value >= parameter.smallest && value <= parameter.largest; };
   const auto images_at = [&](double value) {
     Eigen::VectorXd changed = values;
     changed[at] = value;
     return predicted(twin, parameters, changed, derivative_samples(twin, parameters), parameter.camera,
                      &base);
   };
-  const Values nothing = zeros(base);
-  Values out, other;
-  double step = parameter.is_switch ? (values[at] > 0.5 ? -1.0 : 1.0) : longer * found.length;
   try {
-    bool is_all_room = false;
-    for (int attempt = 0;; ++attempt) {
-      if (!inside(values[at] + step)) step = -step;
-      if (!inside(values[at] + step)) {  // as far as there is room
-        const double up = parameter.largest - values[at], down = values[at] - parameter.smallest;
-        step = up >= down ? up : -down;
-        if (!(std::max(up, down) > 0.0)) return nothing;
-        is_all_room = true;
-      }
-      out = images_at(values[at] + step);
-      if (parameter.is_switch) break;
-      const double change = relative_change(base, out, parameter.camera);
-      if (change > wanted / 5.0 && change < wanted * 5.0) break;
-      const bool cannot_grow = std::abs(step) >= longest || is_all_room;
-      if (attempt == kMostAttempts || (change < wanted && cannot_grow)) {
-        if (change < kNoChange) return nothing;
-        break;  // out belongs to this step, whatever its size
-      }
-      const double grown = step * std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
-      step = std::copysign(std::min(std::abs(grown), longest), step);
-    }
-    found.length = step / longer;
+    std::optional<Difference> found =
+        one_sided(images_at, parameter, values[at], base, derivative == Derivative::exact, step);
+    if (!found) return zeros(base);
     if (derivative == Derivative::exact && !parameter.is_switch) {
       // halfway to a bound, for at some bounds nothing can be rendered
       const double room = std::min(values[at] - parameter.smallest, parameter.largest - values[at]) / 2.0,
-                   size = relative_change(base, out, parameter.camera);
-      if (std::abs(step) > room) {
-        if (!(room * size > kShortestChange * std::abs(step)))  // one side only: a short step
-          return column(twin, parameters, values, at, base, Derivative::quick, found);
-        step = room;
-        out = images_at(values[at] + step);
-      }
-      other = images_at(values[at] - step);
-      if (take_nearer(images_at, values[at], parameter.camera, base, other, out, step)) {
-        found.length = step / longer;
-        found.longest = std::abs(found.length);
-      }
-      step *= 2.0;
+                   length = std::abs(found->step);
+      if (length > room &&
+          !(room * relative_change(base, found->to, parameter.camera) > kShortestChange * length))
+        return column(twin, parameters, values, at, base, Derivative::quick, step);  // one side only
+      if (length > room) *found = {{}, images_at(values[at] + room), room};
+      *found = central_difference(images_at, values[at], parameter.camera, base, std::move(*found), step);
     }
+    const Values& from = found->from.empty() ? base : found->from;
+    Values& out = found->to;
+    for (std::size_t c = 0; c < out.size(); ++c)
+      for (std::size_t i = 0; i < out[c].size(); ++i)
+        out[c][i] = static_cast<float>((static_cast<double>(out[c][i]) - static_cast<double>(from[c][i])) /
+                                       found->step);
+    return std::move(out);
   } catch (const UserError&) {
-    return nothing;  // no lens can be made of it: the images say nothing about this parameter
+    return zeros(base);  // no lens can be made of it: the images say nothing about this parameter
   }
-  const Values& from = other.empty() ? base : other;
-  for (std::size_t c = 0; c < out.size(); ++c)
-    for (std::size_t i = 0; i < out[c].size(); ++i)
-      out[c][i] =
-          static_cast<float>((static_cast<double>(out[c][i]) - static_cast<double>(from[c][i])) / step);
+}
+
+/// Looks for a step that changes the images as much as is wanted of the derivative.
+std::optional<Sensitivity::Difference> Sensitivity::one_sided(const std::function<Values(double)>& images_at,
+                                                              const Parameter& parameter, double value,
+                                                              const Values& base, bool is_exact,
+                                                              DerivativeStep& found) const {
+  if (parameter.is_switch) {
+    const double step = value > 0.5 ? -1.0 : 1.0;
+    return Difference{{}, images_at(value + step), step};
+  }
+  const double wanted = is_exact ? kExactChange : kWantedChange, longer = is_exact ? kLonger : 1.0,
+               most = DerivativeStep::of(parameter).longest;
+  double longest = std::min(longer * found.longest, most), step = longer * found.length;
+  const auto inside = [&](double v) { return v >= parameter.smallest && v <= parameter.largest; };
+  bool is_all_room = false;
+  Difference out;
+  for (int attempt = 0;; ++attempt) {
+    if (!inside(value + step)) step = -step;
+    if (!inside(value + step)) {  // as far as there is room, but for the bound itself
+      const double up = parameter.largest - value, down = value - parameter.smallest;
+      step = (up >= down ? up : -down) / 2.0;
+      if (!(std::max(up, down) > 0.0)) return std::nullopt;
+      is_all_room = true;
+    }
+    out = {{}, images_at(value + step), step};
+    const double change = relative_change(base, out.to, parameter.camera);
+    if (change > wanted / 5.0 && change < wanted * 5.0) break;
+    if (change < kShortestChange && longest < most) longest = found.longest = most;  // it bent somewhere else
+    const bool cannot_grow = std::abs(step) >= longest || is_all_room;
+    if (attempt == kMostAttempts || (change < wanted && cannot_grow)) {
+      if (change < kNoChange) return std::nullopt;
+      break;  // the images belong to this step, whatever its size
+    }
+    const double grown = step * std::clamp(wanted / std::max(change, 1e-12), 1e-3, 1e3);
+    step = std::copysign(std::min(std::abs(grown), longest), step);
+  }
+  found.length = step / longer;
   return out;
 }
 
@@ -267,7 +284,8 @@ Sensitivity::Columns Sensitivity::columns(const Twin& twin, const std::vector<Pa
                                           std::vector<DerivativeStep> steps) {
   const Twin fitted = with_values(twin, parameters, values);
   find_unit_sums(fitted, parameters);
-  for (std::size_t k = steps.size(); k < parameters.size(); ++k) steps.push_back(DerivativeStep::of(parameters[k]));
+  for (std::size_t k = steps.size(); k < parameters.size(); ++k)
+    steps.push_back(DerivativeStep::of(parameters[k]));
   Columns out{
       predicted(twin, parameters, values, derivative_samples(twin, parameters)), {}, std::move(steps)};
   std::map<std::string, Values> of_others;  // that are no parameters, or come later
