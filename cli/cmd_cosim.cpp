@@ -67,6 +67,11 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
       ->type_name("K")
       ->check(CLI::Range(2, 64))
       ->default_str("what the twin's [compare] says, else none");
+  sub->add_option("--hold-out-by", options->request.hold_out_by,
+                  "Deal whole pitches to those folds, or steps of all")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"steps", "pitches"}))
+      ->default_str("what the twin's [compare] says, else steps");
   begin_group(*sub, kRefinement);
   sub->add_option("--refine", options->request.refine,
                   "Fit these to the real images first: " + compare::refine_names() +

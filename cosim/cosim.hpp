@@ -19,6 +19,7 @@ struct CosimRequest {
   std::filesystem::path into = {};  ///< a twin.toml that the refined values go into; empty: none
   std::string steps;                ///< "even" | "odd": compare these phase steps; empty = all that may be
   int hold_out = 0;                 ///< folds; 0: what the twin's [compare] says
+  std::string hold_out_by = {};     ///< "steps" or "pitches"; empty: what the twin's [compare] says
   RenderRequest render;
 };
 

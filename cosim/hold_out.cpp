@@ -36,9 +36,9 @@ std::pair<Twin, double> twin_of_fold(const Run& run, const std::vector<std::stri
   return {std::move(twin), leverage};
 }
 
-/// Returns the rows of one fold.
-std::vector<compare::HeldOutRow> rows_of(const Run& run, const RenderRequest& render,
-                                         const std::vector<std::string>& asked, const compare::Fold& fold) {
+/// Returns what the images of one fold are predicted to.
+compare::HeldOut of_fold(const Run& run, const RenderRequest& render, const std::vector<std::string>& asked,
+                         const compare::Fold& fold) {
   const auto [twin, leverage] = twin_of_fold(run, asked, fold);
   const bool is_as_it_was =
       !has_measured_shape(*run.as_written) && !run.twin.measure.correct_light &&
@@ -75,7 +75,11 @@ void check_hold_out(const Run& run) {
     throw UserError(ExitCode::usage, run.twin.file.string(),
                     "no bit of a code alone can be held out of a measured shape: all of them told it",
                     "describe the object by its shape or a mesh");
-  compare::folds_of(run.twin.fringes, n_folds);
+  if (run.twin.compare.hold_out_by == HeldOutBy::pitches && has_measured_shape(run.twin))
+    throw UserError(ExitCode::usage, run.twin.file.string(),
+                    "no pitch can be held out of a measured shape: all of them told it",
+                    "hold out phase steps, or describe the object by its shape or a mesh");
+  compare::folds_of(run.twin.fringes, n_folds, run.twin.compare.hold_out_by);
 }
 
 void hold_out(Run& run, const RenderRequest& render, const std::vector<std::string>& asked) {
@@ -88,18 +92,23 @@ void hold_out(Run& run, const RenderRequest& render, const std::vector<std::stri
             "{}: the twin's texture is not fitted anew for each fold: if it comes from these images, "
             "those held out are no independent ones",
             camera.name));
-  const std::vector<compare::Fold> folds = compare::folds_of(run.twin.fringes, run.twin.compare.hold_out);
+  const std::vector<compare::Fold> folds =
+      compare::folds_of(run.twin.fringes, run.twin.compare.hold_out, run.twin.compare.hold_out_by);
   std::vector<compare::HeldOutRow> all;
+  std::vector<compare::HeldOutMap> worst;
   for (std::size_t f = 0; f < folds.size(); ++f) {
     throw_if_cancelled();
     say(fmt::format("hold-out: fold {} of {}", f + 1, folds.size()));
-    for (compare::HeldOutRow& row : rows_of(run, render, asked, folds[f])) {
+    compare::HeldOut predicted = of_fold(run, render, asked, folds[f]);
+    compare::keep_worst(worst, std::move(predicted.worst));
+    for (compare::HeldOutRow& row : predicted.rows) {
       row.fold = f + 1;
       row.folds = folds.size();
       all.push_back(std::move(row));
     }
   }
   run.options.held_out = std::move(all);
+  run.options.held_out_worst = std::move(worst);
   run.timer.stop();
 }
 

@@ -20,6 +20,7 @@ std::vector<std::string> given_options(const cosim::CosimRequest& request, bool 
   if (!request.refine.empty()) given.push_back(fmt::format("refine={}", fmt::join(request.refine, ",")));
   if (!request.steps.empty()) given.push_back("steps=" + request.steps);
   if (request.hold_out != 0) given.push_back(fmt::format("hold_out={}", request.hold_out));
+  if (!request.hold_out_by.empty()) given.push_back("hold_out_by=" + request.hold_out_by);
   if (radiance) given.emplace_back("radiance=True");
   if (render.samples) given.push_back(fmt::format("samples={}", *render.samples));
   if (render.sampler) given.push_back("sampler=" + *render.sampler);
@@ -31,9 +32,10 @@ std::vector<std::string> given_options(const cosim::CosimRequest& request, bool 
 }
 
 void run(const PyTwin& twin, const std::filesystem::path& out, const std::vector<std::string>& refine,
-         const std::string& steps, int hold_out, bool radiance, std::optional<int> samples,
-         std::optional<std::string> sampler, std::optional<double> phase_error_rad,
-         std::optional<double> gray_error, std::uint64_t seed, const std::string& device) {
+         const std::string& steps, int hold_out, const std::string& hold_out_by, bool radiance,
+         std::optional<int> samples, std::optional<std::string> sampler,
+         std::optional<double> phase_error_rad, std::optional<double> gray_error, std::uint64_t seed,
+         const std::string& device) {
   const PyTwin::State state = twin.state();
   const cosim::CosimRequest request{
       .twin = twin.file,
@@ -41,6 +43,7 @@ void run(const PyTwin& twin, const std::filesystem::path& out, const std::vector
       .refine = refine,
       .steps = steps,
       .hold_out = hold_out,
+      .hold_out_by = hold_out_by,
       .render = {std::move(samples), std::move(sampler), phase_error_rad, gray_error, seed, device}};
   const cosim::Origin origin =
       origin_of("fringetwin.cosim", twin.file, state.settings, given_options(request, radiance));
@@ -58,9 +61,10 @@ void run(const PyTwin& twin, const std::filesystem::path& out, const std::vector
 void bind_cosim(py::module_& module) {
   module.def("cosim", &run, py::arg("twin"), py::arg("out"), py::kw_only(),
              py::arg("refine") = std::vector<std::string>{}, py::arg("steps") = "", py::arg("hold_out") = 0,
-             py::arg("radiance") = false, py::arg("samples") = py::none(), py::arg("sampler") = py::none(),
-             py::arg("phase_error_rad") = py::none(), py::arg("gray_error") = py::none(), py::arg("seed") = 0,
-             py::arg("device") = "", "Writes what `fringetwin cosim --out` writes; see fringetwin.cosim.");
+             py::arg("hold_out_by") = "", py::arg("radiance") = false, py::arg("samples") = py::none(),
+             py::arg("sampler") = py::none(), py::arg("phase_error_rad") = py::none(),
+             py::arg("gray_error") = py::none(), py::arg("seed") = 0, py::arg("device") = "",
+             "Writes what `fringetwin cosim --out` writes; see fringetwin.cosim.");
 }
 
 }  // namespace fringetwin::python

@@ -344,9 +344,13 @@ struct MeasureOptions {
   std::vector<FitRequest> fits;
 };
 
+/// What is dealt to the folds of held-out images.
+enum class HeldOutBy { steps, pitches };
+
 /// How the two sides are compared.
 struct ComparisonOptions {
-  int hold_out = 0;  ///< folds that the phase steps are dealt to, each predicted from the others; 0 = none
+  int hold_out = 0;  ///< folds that the images are dealt to, each predicted from the others; 0 = none
+  HeldOutBy hold_out_by = HeldOutBy::steps;
 };
 
 /// A published physical result where no images exist. Keys as in result.json fits.

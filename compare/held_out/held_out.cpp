@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "compare/causes/sensitivity.hpp"
@@ -26,15 +27,17 @@ constexpr std::size_t kPixels = 40'000;  ///< per camera, as of refine()
 
 bool has(const std::vector<int>& list, int n) { return std::ranges::find(list, n) != list.end(); }
 
-/// Returns where the images of these phase steps, and these images of a code, stand among those of the
-/// samples.
+/// Returns where the images that a fold holds out, or those that it fits, stand among those of the samples.
 std::vector<std::size_t> images_of(const GridSamples& s, const std::vector<PatternSpec>& patterns,
-                                   const std::vector<int>& steps, const std::vector<int>& codes) {
+                                   const Fold& fold, bool held_out) {
+  const bool are_steps = fold.held_out_images.empty();
   std::vector<std::size_t> at;
   for (std::size_t k = 0; k < s.images.size(); ++k) {
     const PatternSpec& pattern = patterns[static_cast<std::size_t>(s.images[k])];
     const bool is_step = !pattern.is_gray() && !pattern.is_image();
-    if (is_step ? has(steps, pattern.step) : has(codes, s.images[k])) at.push_back(k);
+    if (are_steps ? is_step && has(held_out ? fold.held_out : fold.fitted, pattern.step)
+                  : has(held_out ? fold.held_out_images : fold.fitted_images, s.images[k]))
+      at.push_back(k);
   }
   return at;
 }
@@ -61,24 +64,27 @@ class Prediction {
       takes_light_ = takes_light_ || p.group == "light";
       takes_exposure_ = takes_exposure_ || (p.group == "exposure" && p.camera == s_.camera);
     }
-    fitted_ = images_of(s_, patterns, in.fold.fitted, in.fold.fitted_codes);
-    held_out_ = images_of(s_, patterns, in.fold.held_out, in.fold.held_out_codes);
+    fitted_ = images_of(s_, patterns, in.fold, false);
+    held_out_ = images_of(s_, patterns, in.fold, true);
     const auto values = static_cast<double>(std::max<std::uint64_t>(refined.report.n, 1));
     const double unknowns = static_cast<double>(refined.report.rows.size()) + 2.0;
     common_ = unknowns / values * std::max(1.0, refined.report.chi2_after);
     for (std::size_t p = 0; p < s_.n_pixels(); ++p) own_.push_back(own_of_pixel(p));
   }
 
-  std::vector<HeldOutRow> rows() const {
-    std::vector<HeldOutRow> rows;
+  /// Adds what is predicted of the images that are held out.
+  void add_to(HeldOut& out) const {
     const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
     for (const std::size_t k : held_out_) {
-      HeldOutRow row = row_of(k);
+      ImageF sigmas;
+      HeldOutRow row = row_of(k, sigmas);
       row.camera = twin_.cameras[s_.camera].name;
       row.pattern = patterns[static_cast<std::size_t>(s_.images[k])].label(twin_.fringes);
-      rows.push_back(std::move(row));
+      if (row.n > 0)
+        keep_worst(out.worst,
+                   {{row.camera, row.pattern, row.ratio, s_.grid.stride * s_.grid.keep, std::move(sigmas)}});
+      out.rows.push_back(std::move(row));
     }
-    return rows;
   }
 
  private:
@@ -148,7 +154,11 @@ class Prediction {
     return {.exposure = normal.sum() > 0.0 ? right.sum() / normal.sum() : 1.0};
   }
 
-  HeldOutRow row_of(std::size_t k) const {
+  /// Returns the row of an image, and what is left of each of its values.
+  HeldOutRow row_of(std::size_t k, ImageF& sigmas) const {
+    const GridView& grid = s_.grid;
+    sigmas = ImageF((grid.width - 1) / grid.keep + 1, (grid.height - 1) / grid.keep + 1,
+                    std::numeric_limits<float>::quiet_NaN());
     HeldOutRow row;
     double sum = 0.0, sum2 = 0.0, noise2 = 0.0, fitted2 = 0.0;
     const ImageOwn image = own_of_image(k);
@@ -161,13 +171,18 @@ class Prediction {
       if (s_.weight[at(p, k)] == 0.0F) continue;
       const double predicted = shown_dn(p, k, image) + s_.black_level_dn,
                    d = predicted - static_cast<double>(s_.real_dn[at(p, k)]),
-                   variance = variance_dn2(predicted);
+                   variance = variance_dn2(predicted),
+                   of_fit = exposure * exposure *
+                                own_[p].sums.variance_at(kinds_, light_with(p, k, image) / exposure) +
+                            (common_ + of_shape) * variance;
       sum += d;
       sum2 += d * d;
       noise2 += variance;
-      fitted2 += exposure * exposure * own_[p].sums.variance_at(kinds_, light_with(p, k, image) / exposure) +
-                 (common_ + of_shape) * variance;
+      fitted2 += of_fit;
       ++row.n;
+      const auto cell = static_cast<int>(s_.cell[p]);
+      sigmas(cell % grid.width / grid.keep, cell / grid.width / grid.keep) =
+          static_cast<float>(d / std::sqrt(variance + of_fit));
     }
     if (row.n == 0) return row;
     const auto n = static_cast<double>(row.n);
@@ -251,39 +266,50 @@ std::vector<Fold> folds_of(int steps, int n_folds) {
   return folds;
 }
 
-std::vector<Fold> folds_of(const Fringes& fringes, int n_folds) {
-  if (fringes.steps > 0) return folds_of(fringes.steps, n_folds);
+std::vector<Fold> folds_of(const Fringes& fringes, int n_folds, HeldOutBy by) {
+  if (fringes.steps > 0 && by == HeldOutBy::steps) return folds_of(fringes.steps, n_folds);
+  if (fringes.steps == 0 && by == HeldOutBy::pitches)
+    throw UserError(ExitCode::usage, "--hold-out-by pitches", "a code alone has no pitches to hold out",
+                    "hold out its bits: --hold-out-by steps");
+  const bool are_pitches = by == HeldOutBy::pitches;
   const std::vector<PatternSpec> patterns = expand_sequence(fringes);
-  std::vector<std::pair<int, int>> bits;  // direction and bit
-  std::vector<std::ptrdiff_t> bit_of;     // -1: always fitted
+  std::vector<std::pair<int, int>> kept_together;  // direction, and bit or pitch
+  std::vector<std::ptrdiff_t> place_of;            // -1: always fitted
   for (const PatternSpec& pattern : patterns) {
-    bit_of.push_back(-1);
-    if (!pattern.is_gray()) continue;
-    const std::pair bit{pattern.direction, pattern.is_complementary() ? kComplementaryBit : pattern.bit};
-    const auto at = std::ranges::find(bits, bit);
-    bit_of.back() = at - bits.begin();
-    if (at == bits.end()) bits.push_back(bit);
+    place_of.push_back(-1);
+    if (pattern.is_image() || pattern.is_gray() == are_pitches) continue;
+    const std::pair own{pattern.direction, are_pitches                  ? pattern.pitch
+                                           : pattern.is_complementary() ? kComplementaryBit
+                                                                        : pattern.bit};
+    const auto at = std::ranges::find(kept_together, own);
+    place_of.back() = at - kept_together.begin();
+    if (at == kept_together.end()) kept_together.push_back(own);
   }
-  if (n_folds < 2 || static_cast<std::size_t>(n_folds) > bits.size())
+  if (n_folds < 2 || static_cast<std::size_t>(n_folds) > kept_together.size()) {
+    const char* what = are_pitches ? "pitches" : "bits";
     throw UserError(ExitCode::usage, fmt::format("--hold-out {}", n_folds),
-                    fmt::format("deals {} bits of a code to {} folds", bits.size(), n_folds),
-                    "use 2 folds or more, and no more than there are bits");
+                    fmt::format("deals {} {}{} to {} folds", kept_together.size(), what,
+                                are_pitches ? "" : " of a code", n_folds),
+                    fmt::format("use 2 folds or more, and no more than there are {}", what));
+  }
   std::vector<Fold> folds(static_cast<std::size_t>(n_folds));
-  for (std::size_t f = 0; f < folds.size(); ++f)
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    for (int n = 0; n < fringes.steps; ++n) folds[f].fitted.push_back(n);
     for (std::size_t i = 0; i < patterns.size(); ++i) {
-      const bool is_held_out = bit_of[i] >= 0 && static_cast<std::size_t>(bit_of[i]) % folds.size() == f;
-      (is_held_out ? folds[f].held_out_codes : folds[f].fitted_codes).push_back(static_cast<int>(i));
+      const bool is_held_out = place_of[i] >= 0 && static_cast<std::size_t>(place_of[i]) % folds.size() == f;
+      (is_held_out ? folds[f].held_out_images : folds[f].fitted_images).push_back(static_cast<int>(i));
     }
+  }
   return folds;
 }
 
-std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
+HeldOut predict_held_out(const HeldOutInput& in) {
   Side real;
   real.images = in.real;
   real.measurement = measure::measure(in.twin, in.real, in.fold.fitted);
   CompareOptions of_fitted = in.options, of_all = in.options;
   of_fitted.use_steps = in.fold.fitted;
-  of_fitted.leave_out_images = in.fold.held_out_codes;
+  of_fitted.leave_out_images = in.fold.held_out_images;
   of_all.use_steps.clear();
   const Refined refined = refine(in.twin, real, in.simulated, of_fitted,
                                  without_images(in.twin, in.asked, in.fold.fitted), WhatIsWorse::stays);
@@ -293,11 +319,20 @@ std::vector<HeldOutRow> predict_held_out(const HeldOutInput& in) {
   sensitivity.choose_points(refined.twin);
   sensitivity.leave_out_edges(refined.twin);
   const Sensitivity::Values e = sensitivity.irradiance(refined.twin, sensitivity.residual_samples());
-  std::vector<HeldOutRow> rows;
+  HeldOut out;
   for (std::size_t c = 0; c < e.size(); ++c)
-    for (HeldOutRow& row : Prediction(in, refined, sensitivity.samples()[c], e[c]).rows())
-      rows.push_back(std::move(row));
-  return rows;
+    Prediction(in, refined, sensitivity.samples()[c], e[c]).add_to(out);
+  return out;
+}
+
+void keep_worst(std::vector<HeldOutMap>& of_cameras, std::vector<HeldOutMap> others) {
+  for (HeldOutMap& other : others) {
+    const auto known = std::ranges::find(of_cameras, other.camera, &HeldOutMap::camera);
+    if (known == of_cameras.end())
+      of_cameras.push_back(std::move(other));
+    else if (other.ratio > known->ratio)
+      *known = std::move(other);
+  }
 }
 
 double held_out_ratio(const std::vector<HeldOutRow>& rows, const std::string& camera) {

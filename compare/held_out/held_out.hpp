@@ -12,11 +12,11 @@
 
 namespace fringetwin::compare {
 
-/// Phase steps that are predicted, and those that are fitted for it; of a sequence without phase steps the
-/// images of bits of its code.
+/// Phase steps that are predicted, and those that are fitted for it; of whole pitches, and of the bits of a
+/// sequence without phase steps, their images.
 struct Fold {
-  std::vector<int> held_out, fitted;                ///< phase steps
-  std::vector<int> held_out_codes, fitted_codes{};  ///< images of the sequence
+  std::vector<int> held_out, fitted;                  ///< phase steps
+  std::vector<int> held_out_images, fitted_images{};  ///< of the sequence: of pitches, or of a code
 };
 
 /// Deals the steps to so many folds in turn: step n is held out with fold n mod n_folds. Throws
@@ -24,10 +24,10 @@ struct Fold {
 /// leaves fewer than 3 steps to fit, which a phase needs.
 std::vector<Fold> folds_of(int steps, int n_folds);
 
-/// Deals the phase steps, or of a code alone its bits, those of both directions one after the other: the
-/// images of a bit (the pattern and its inverse) stay together. Throws as above, and where there are fewer
-/// bits than folds.
-std::vector<Fold> folds_of(const Fringes& fringes, int n_folds);
+/// Deals the phase steps, or the pitches, or of a code alone its bits, those of both directions one after the
+/// other: the images of a bit (the pattern and its inverse) or of a pitch stay together. Throws as above, and
+/// where there are fewer bits or pitches than folds.
+std::vector<Fold> folds_of(const Fringes& fringes, int n_folds, HeldOutBy by = HeldOutBy::steps);
 
 /// What the images of one fold are predicted from.
 struct HeldOutInput {
@@ -42,12 +42,21 @@ struct HeldOutInput {
   double shape_leverage = 0.0;
 };
 
-/// Returns a row per camera and image that is held out, without the number of the fold. Everything is
-/// decoded, fitted and chosen by the fitted steps (and the images of a code; of a code alone all bits say
-/// which pixels are compared, but none that is held out is fitted to); of a held-out image only its
-/// factors of light and exposure are taken from itself, with "light" and "exposure" alone. A fit counts as it
-/// is: nothing is taken back. Throws as refine().
-std::vector<HeldOutRow> predict_held_out(const HeldOutInput& input);
+/// What one fold is predicted to.
+struct HeldOut {
+  std::vector<HeldOutRow> rows;   ///< of each camera and image, without the number of the fold
+  std::vector<HeldOutMap> worst;  ///< of each camera
+};
+
+/// Predicts the images of a fold that are held out. Everything is
+/// decoded, fitted and chosen by the fitted steps (and the images of a code; all bits of a code alone, and
+/// all pitches, say which pixels are compared, but none that is held out is fitted to); of a held-out image
+/// only its factors of light and exposure are taken from itself, with "light" and "exposure" alone. A fit
+/// counts as it is: nothing is taken back. Throws as refine().
+HeldOut predict_held_out(const HeldOutInput& input);
+
+/// Keeps the worse of two maps of each camera.
+void keep_worst(std::vector<HeldOutMap>& of_cameras, std::vector<HeldOutMap> others);
 
 /// Returns the root of the mean square of what is left over that of what is predicted, of all rows of a
 /// camera; NaN without rows.

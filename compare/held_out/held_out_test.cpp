@@ -8,6 +8,7 @@
 // | all of it              | 2 %           | noise put in; 1/sqrt(2 n) = 0.4 %, factors in 2 images: 4 sigma|
 // | ratio of a wrong twin  | > 1.2         | planted: 1.5 x noise rms, 1.8 expected                        |
 // | a brighter held image  | 1e-3 DN       | single precision of 200 DN, summed: 2e-5                      |
+// | map of the worst image | 0.05          | rms of 1,900 values, 1/sqrt(2 n) = 0.016, and their noises    |
 // | own light              | 4 sigma       | 1.5 DN / (60 DN x root of 1500) = 7e-4                        |
 #include "compare/held_out/held_out.hpp"
 
@@ -15,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 #include <random>
 
 #include "compare/comparison.hpp"
@@ -35,7 +37,7 @@ using testing::shared_renderer;
 constexpr int kWidth = 48, kHeight = 40;
 constexpr double kNoiseDn = 1.5;
 
-class HeldOut : public ::testing::Test {
+class HeldOutImages : public ::testing::Test {
  protected:
   void SetUp() override {
     REQUIRE_RENDERER();
@@ -80,17 +82,23 @@ class HeldOut : public ::testing::Test {
     return out;
   }
 
-  /// Returns the rows of all folds.
-  std::vector<HeldOutRow> held_out(const std::vector<CameraImages>& real,
-                                   const std::vector<std::string>& asked, int n_folds = 4) const {
+  /// Returns what the images of all folds are predicted to.
+  HeldOut all_held_out(const std::vector<CameraImages>& real, const std::vector<std::string>& asked,
+                       int n_folds = 4, HeldOutBy by = HeldOutBy::steps) const {
     const Side side = simulated(twin_);
     CompareOptions options;
     options.renderer = shared_renderer();
-    std::vector<HeldOutRow> all;
-    for (const Fold& fold : folds_of(twin_.fringes, n_folds))
-      for (HeldOutRow& row : predict_held_out({twin_, real, side, options, asked, fold}))
-        all.push_back(std::move(row));
+    HeldOut all;
+    for (const Fold& fold : folds_of(twin_.fringes, n_folds, by)) {
+      HeldOut of_fold = predict_held_out({twin_, real, side, options, asked, fold});
+      std::ranges::move(of_fold.rows, std::back_inserter(all.rows));
+      keep_worst(all.worst, std::move(of_fold.worst));
+    }
     return all;
+  }
+  std::vector<HeldOutRow> held_out(const std::vector<CameraImages>& real,
+                                   const std::vector<std::string>& asked, int n_folds = 4) const {
+    return all_held_out(real, asked, n_folds).rows;
   }
 
   void expect_right(const std::vector<HeldOutRow>& rows) const {
@@ -146,9 +154,9 @@ TEST(Folds, TakeEveryBitOfACodeOnceInTurn) {
   fringes.directions = {{Axis::x, {8.0}, {-0.5}, code}, {Axis::y, {8.0}, {-0.5}, code}};
   const std::vector<Fold> folds = folds_of(fringes, 4);
   ASSERT_EQ(folds.size(), 4u);
-  EXPECT_THAT(folds[0].held_out_codes, ::testing::ElementsAre(0, 1, 8, 9));  // bits 0 of x and 1 of y
-  EXPECT_THAT(folds[0].fitted_codes, ::testing::ElementsAre(2, 3, 4, 5, 6, 7, 10, 11));
-  EXPECT_THAT(folds[3].held_out_codes, ::testing::ElementsAre(6, 7));
+  EXPECT_THAT(folds[0].held_out_images, ::testing::ElementsAre(0, 1, 8, 9));  // bits 0 of x and 1 of y
+  EXPECT_THAT(folds[0].fitted_images, ::testing::ElementsAre(2, 3, 4, 5, 6, 7, 10, 11));
+  EXPECT_THAT(folds[3].held_out_images, ::testing::ElementsAre(6, 7));
   EXPECT_TRUE(folds[0].held_out.empty() && folds[0].fitted.empty());
   EXPECT_THROW(folds_of(fringes, 1), UserError);
   EXPECT_THROW(folds_of(fringes, 7), UserError);
@@ -157,7 +165,28 @@ TEST(Folds, TakeEveryBitOfACodeOnceInTurn) {
 }
 
 // A code alone, blurred and spread; every pixel has a factor and an offset of its own.
-TEST_F(HeldOut, BitsOfACodeArePredictedToTheNoise) {
+TEST(Folds, TakeEveryPitchOnceInTurn) {
+  Fringes fringes;
+  fringes.steps = 4;
+  fringes.unwrap = Unwrap::hierarchical;
+  fringes.directions = {{Axis::x, {8.0, 64.0, 512.0}, {0.0, 0.0, 0.0}, {}}};
+  const std::vector<Fold> folds = folds_of(fringes, 2, HeldOutBy::pitches);
+  ASSERT_EQ(folds.size(), 2u);
+  const std::vector<PatternSpec> patterns = expand_sequence(fringes);
+  for (const std::size_t f : {0, 1}) {
+    EXPECT_THAT(folds[f].fitted, ::testing::ElementsAre(0, 1, 2, 3));
+    EXPECT_TRUE(folds[f].held_out.empty());
+    EXPECT_EQ(folds[f].held_out_images.size(), f == 0 ? 8u : 4u);
+    for (const int image : folds[f].held_out_images)
+      EXPECT_EQ(patterns[static_cast<std::size_t>(image)].pitch % 2, static_cast<int>(f));
+    EXPECT_EQ(folds[f].held_out_images.size() + folds[f].fitted_images.size(), patterns.size());
+  }
+  EXPECT_THROW(folds_of(fringes, 4, HeldOutBy::pitches), UserError);
+  fringes.steps = 0;
+  EXPECT_THROW(folds_of(fringes, 2, HeldOutBy::pitches), UserError);
+}
+
+TEST_F(HeldOutImages, BitsOfACodeArePredictedToTheNoise) {
   twin_.fringes.steps = 0;
   twin_.fringes.unwrap = Unwrap::gray;
   twin_.fringes.directions[0] = {
@@ -170,17 +199,17 @@ TEST_F(HeldOut, BitsOfACodeArePredictedToTheNoise) {
   EXPECT_GT(held_out_ratio(held_out(real, {"texture", "offset"}), twin_.cameras[0].name), 1.2);
 }
 
-TEST_F(HeldOut, OfARightTwinArePredictedToTheNoise) { expect_right(held_out(recorded(twin_), {})); }
+TEST_F(HeldOutImages, OfARightTwinArePredictedToTheNoise) { expect_right(held_out(recorded(twin_), {})); }
 
 // The factor of each pixel is told by six values: what is held out misses by more than its noise.
-TEST_F(HeldOut, CountWhatTheFactorsOfPixelsAreNotKnownBy) {
+TEST_F(HeldOutImages, CountWhatTheFactorsOfPixelsAreNotKnownBy) {
   const std::vector<HeldOutRow> rows = held_out(recorded(twin_, true), {"texture"});
   expect_right(rows);
   for (const HeldOutRow& row : rows) EXPECT_GT(row.fitted_dn, 0.2 * row.noise_dn) << row.pattern;
 }
 
 // Light of up to 20 DN that is in no proportion to the projector's: a factor cannot stand for it.
-TEST_F(HeldOut, SayThatAnOffsetOfEachPixelIsLackingAndThatItIsNot) {
+TEST_F(HeldOutImages, SayThatAnOffsetOfEachPixelIsLackingAndThatItIsNot) {
   const std::vector<CameraImages> real = recorded(twin_, true, 20.0);
   EXPECT_GT(held_out_ratio(held_out(real, {"texture"}), twin_.cameras[0].name), 1.2);
   const std::vector<HeldOutRow> rows = held_out(real, {"texture", "offset"});
@@ -191,7 +220,7 @@ TEST_F(HeldOut, SayThatAnOffsetOfEachPixelIsLackingAndThatItIsNot) {
 
 // What every pixel has of its own is fitted to the very values that it is held against: they scatter less.
 // And what was held for it, gain and black level, is no measured one.
-TEST_F(HeldOut, ARightTwinWithFactorsOrOffsetsOfItsPixelsIsExplained) {
+TEST_F(HeldOutImages, ARightTwinWithFactorsOrOffsetsOfItsPixelsIsExplained) {
   twin_.fringes.steps = 4;
   for (const std::vector<std::string>& asked :
        {std::vector<std::string>{"texture"}, {"offset"}, {"texture", "offset"}}) {
@@ -209,7 +238,7 @@ TEST_F(HeldOut, ARightTwinWithFactorsOrOffsetsOfItsPixelsIsExplained) {
 
 // An offset stands for light of the room that the twin lacks, which an exposure lets in as it does the
 // fringes.
-TEST_F(HeldOut, OffsetsAreLightThatIsExposed) {
+TEST_F(HeldOutImages, OffsetsAreLightThatIsExposed) {
   Twin rig = twin_;
   rig.projector->ambient = 4.0;
   const std::size_t n = expand_sequence(twin_.fringes).size();
@@ -221,7 +250,7 @@ TEST_F(HeldOut, OffsetsAreLightThatIsExposed) {
 
 // The exposures differ by up to 5 %, those of the room's light with the projector's: the light of a lamp
 // alone is another picture, and told from it.
-TEST_F(HeldOut, SayThatExposuresDifferAndTakeTheirOwn) {
+TEST_F(HeldOutImages, SayThatExposuresDifferAndTakeTheirOwn) {
   const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
   twin_.projector->ambient = 4.0;
   Twin rig = twin_;
@@ -247,7 +276,7 @@ TEST_F(HeldOut, SayThatExposuresDifferAndTakeTheirOwn) {
 
 // A camera's name asks for its exposures, and that of an image for one, which the fold that holds it out
 // cannot fit.
-TEST_F(HeldOut, TakeTheNamesThatRefineTakes) {
+TEST_F(HeldOutImages, TakeTheNamesThatRefineTakes) {
   twin_.projector->ambient = 4.0;
   Twin rig = twin_;
   for (std::size_t k = 0; k < expand_sequence(twin_.fringes).size(); ++k)
@@ -264,7 +293,7 @@ TEST_F(HeldOut, TakeTheNamesThatRefineTakes) {
 
 // What a refinement gives every pixel goes with the twin: it is rendered to the same bits, and a second
 // refinement is put upon the first.
-TEST_F(HeldOut, TextureOfARefinementGoesWithTheTwin) {
+TEST_F(HeldOutImages, TextureOfARefinementGoesWithTheTwin) {
   const std::vector<CameraImages> real = recorded(twin_, true, 20.0);
   Side measured;
   measured.images = real;
@@ -291,7 +320,62 @@ TEST_F(HeldOut, TextureOfARefinementGoesWithTheTwin) {
   }
 }
 
-TEST_F(HeldOut, SayThatAHarmonicIsLackingAndThatItIsNot) {
+// As much brighter as the images of a pitch are, as much they are off: they change nothing of their own.
+TEST_F(HeldOutImages, PitchesArePredictedByTheOthers) {
+  const std::vector<CameraImages> real = recorded(twin_, true);
+  const int n_pitches = static_cast<int>(twin_.fringes.directions[0].pitches_px.size());
+  const auto by_pitches = [&](const std::vector<CameraImages>& images) {
+    return all_held_out(images, {"texture", "offset"}, n_pitches, HeldOutBy::pitches).rows;
+  };
+  const std::vector<HeldOutRow> rows = by_pitches(real);
+  expect_right(rows);
+  const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
+  std::vector<CameraImages> brighter = real;
+  for (std::size_t k = 0; k < patterns.size(); ++k)
+    if (patterns[k].pitch == 1)
+      for (float& value : brighter[0].images[k].data) value += 8.0F;
+  const std::vector<HeldOutRow> off = by_pitches(brighter);
+  std::size_t n_brighter = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto spec = std::ranges::find_if(
+        patterns, [&](const PatternSpec& p) { return p.label(twin_.fringes) == rows[i].pattern; });
+    if (spec->pitch != 1) continue;
+    ++n_brighter;
+    EXPECT_NEAR(off[i].mean_dn, rows[i].mean_dn - 8.0, 1e-3) << rows[i].pattern;
+    EXPECT_EQ(off[i].predicted_dn, rows[i].predicted_dn) << rows[i].pattern;
+  }
+  EXPECT_EQ(n_brighter, static_cast<std::size_t>(twin_.fringes.steps));
+}
+
+TEST_F(HeldOutImages, TheMapOfTheWorstShowsWhereItIsOff) {
+  std::vector<CameraImages> real = recorded(twin_);
+  constexpr std::size_t kBrighter = 5;
+  const auto is_in_spot = [](int x, int y) { return std::abs(x - 12) < 5 && std::abs(y - 20) < 5; };
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      if (is_in_spot(x, y)) real[0].images[kBrighter](x, y) += 6.0F * static_cast<float>(kNoiseDn);
+  const HeldOut all = all_held_out(real, {});
+  ASSERT_EQ(all.worst.size(), 1u);
+  const HeldOutMap& map = all.worst.front();
+  EXPECT_EQ(map.camera, twin_.cameras[0].name);
+  EXPECT_EQ(map.pattern, expand_sequence(twin_.fringes)[kBrighter].label(twin_.fringes));
+  ASSERT_EQ(map.stride_px, 1);
+  double inside = 0.0, outside2 = 0.0, n_inside = 0.0, n_outside = 0.0;
+  for (int v = 0; v < map.sigmas.height; ++v)
+    for (int u = 0; u < map.sigmas.width; ++u) {
+      const auto sigmas = static_cast<double>(map.sigmas(u, v));
+      if (std::isnan(sigmas)) continue;
+      if (is_in_spot(u, v))
+        inside += sigmas, n_inside += 1.0;
+      else
+        outside2 += sigmas * sigmas, n_outside += 1.0;
+    }
+  EXPECT_EQ(n_inside, 81.0);
+  EXPECT_NEAR(inside / n_inside, -6.0, 0.6);  // 81 values: 0.11, and 4 % of the noise
+  EXPECT_NEAR(std::sqrt(outside2 / n_outside), 1.0, 0.05);
+}
+
+TEST_F(HeldOutImages, SayThatAHarmonicIsLackingAndThatItIsNot) {
   Twin rig = twin_;
   rig.fringes.directions[0].harmonics.assign(3, {{0.0, 0.0}, {0.03, 0.0}});
   const std::vector<CameraImages> real = recorded(rig);
@@ -300,7 +384,7 @@ TEST_F(HeldOut, SayThatAHarmonicIsLackingAndThatItIsNot) {
 }
 
 // What is one image's own is fitted where it is not held out, and nothing tells it where it is.
-TEST_F(HeldOut, KnowNothingOfTheirOwnWaveform) {
+TEST_F(HeldOutImages, KnowNothingOfTheirOwnWaveform) {
   Twin rig = twin_;
   rig.fringes.image_harmonics.assign(expand_sequence(twin_.fringes).size(), {});
   rig.fringes.image_harmonics[4] = {{-0.01, 0.0}, {0.03, 0.01}};
@@ -313,7 +397,7 @@ TEST_F(HeldOut, KnowNothingOfTheirOwnWaveform) {
   }
 }
 
-TEST_F(HeldOut, TakeTheirOwnLightAlone) {
+TEST_F(HeldOutImages, TakeTheirOwnLightAlone) {
   const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
   std::vector<CameraImages> real = recorded(twin_);
   for (float& value : real[0].images[3].data) value = std::round(1.05F * value);
@@ -330,7 +414,7 @@ TEST_F(HeldOut, TakeTheirOwnLightAlone) {
 
 // An image that is brighter by 8 DN is missed by 8 DN more and scatters as before; the others of its fold do
 // not change. With any of its values in the fit, the decode or the noise they would.
-TEST_F(HeldOut, HaveNoPartInTheirPrediction) {
+TEST_F(HeldOutImages, HaveNoPartInTheirPrediction) {
   const std::vector<CameraImages> real = recorded(twin_, true);
   std::vector<CameraImages> brighter = real;
   for (const int step : {1, 5})  // one whole fold, all pitches

@@ -157,4 +157,21 @@ std::string gray_figures_html(const ReportInput& in) {
   return "<p>There are no real images for this twin: the simulated ones are shown alone.</p>\n" + html;
 }
 
+std::string held_out_figures_html(const ReportInput& in) {
+  std::string html;
+  for (const HeldOutMap& map : in.options.held_out_worst) {
+    const MapStyle style = difference_style(map.sigmas, "standard deviations");
+    const std::string file = "held_out_" + map.camera + ".png";
+    report::write_map_png(in.dir / file, map.sigmas, style);
+    html += camera_heading(map.camera) +
+            figure_html(in, "<div class=\"maps\">" + report::map_html(map.sigmas, style) + "</div>",
+                        fmt::format("{}, {}: the held-out image that is predicted worst, {:.3f} times what "
+                                    "noise and the fit predict. Where the twin is right it is noise of 1 "
+                                    "without any pattern. One value per {} px; gray where none is used. {}.",
+                                    map.camera, map.pattern, map.ratio, map.stride_px, file),
+                        "(predicted − real) / √(noise² + fit²)");
+  }
+  return html;
+}
+
 }  // namespace fringetwin::compare

@@ -73,7 +73,7 @@ std::string footer_html(const Twin& twin, const Provenance& p) {
          "real.</p>";
 }
 
-constexpr std::size_t kSections = 13;  ///< that take their time, each with plots or maps
+constexpr std::size_t kSections = 14;  ///< that take their time, each with plots or maps
 
 /// Adds sections to a page, and shows how far it is.
 class Sections {
@@ -150,6 +150,7 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
   sections.add("fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
   sections.add("gain", "Gain", gain_table_html(comparison) + gain_checks_html(comparison));
   sections.add("images", "Fringe images", gray_figures_html(in));
+  sections.add("held_out_worst", "The held-out image predicted worst", held_out_figures_html(in));
   sections.add("budget", "What the gray residual is made of", budget_html(comparison));
   sections.add("noise", "Noise", noise_html(in));
   sections.add("shift", "Shift between the images", shift_html(in));

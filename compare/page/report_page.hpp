@@ -13,7 +13,8 @@
 namespace fringetwin::compare {
 
 /// Writes DIR/report.html and the maps at full resolution (coverage_<camera>.png,
-/// gray_difference_<camera>.png, phase_difference_<camera>_<direction>.png, deviation_<object>_<side>.png).
+/// gray_difference_<camera>.png, held_out_<camera>.png, phase_difference_<camera>_<direction>.png,
+/// deviation_<object>_<side>.png).
 /// Sections without data are left out; with no real images the simulated ones are shown and the page says so.
 void write_report(const std::filesystem::path& dir, const Twin& twin, const Side& real, const Side& simulated,
                   const Comparison& comparison, const CompareOptions& options, const Provenance& provenance,

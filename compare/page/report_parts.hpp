@@ -60,6 +60,7 @@ std::string pattern_html(const Comparison& c);
 
 // report_gray.cpp, report_phase.cpp, report_geometry.cpp: figures; they also write the maps as files
 std::string gray_figures_html(const ReportInput& in);
+std::string held_out_figures_html(const ReportInput& in);
 std::string phase_figures_html(const ReportInput& in);
 std::string geometry_figures_html(const ReportInput& in);
 // report_noise.cpp, report_shift.cpp

@@ -8,6 +8,7 @@
 
 #include "compare/result/field_options.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::compare {
 
@@ -52,6 +53,14 @@ struct HeldOutRow {
     f.sigma("ratio_sigma", "its standard error in a right twin", &Row::ratio_sigma);
     f.add("n", "gray values used", &Row::n).shown({"n"});
   }
+};
+
+/// What is left of the image of a camera that is predicted worst.
+struct HeldOutMap {
+  std::string camera, pattern;
+  double ratio = kNaN;  ///< of its row
+  int stride_px = 1;    ///< from one pixel of the map to the next
+  ImageF sigmas;        ///< predicted - real over what is predicted of its size; NaN where nothing is used
 };
 
 struct HeldOutTables {

@@ -49,6 +49,7 @@ struct CompareOptions {
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
   std::vector<HeldOutRow> held_out;  ///< what images were predicted to that took no part in a fit; passed on
+  std::vector<HeldOutMap> held_out_worst;  ///< of each camera, for the page
   /// Returns whether the simulated side has a factor or an offset per pixel from that refinement.
   bool textured() const { return refinement && !refinement->texture.empty(); }
 };

@@ -84,7 +84,7 @@ def measure(twin: Twin, captures: Union[PathLike, Captures, Mapping[str, Sequenc
 
 
 def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] = (), steps: str = "",
-          hold_out: int = 0, radiance: bool = False, samples: Optional[int] = None, sampler: Optional[str] = None,
+          hold_out: int = 0, hold_out_by: str = "", radiance: bool = False, samples: Optional[int] = None, sampler: Optional[str] = None,
           phase_error_rad: Optional[float] = None, gray_error: Optional[float] = None, seed: int = 0,
           device: str = "") -> Run:
     """Does the main job: renders, measures both sides, compares and writes `out` as `fringetwin cosim` does.
@@ -92,6 +92,6 @@ def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] =
     The options are those of the command line. Returns the folder with the content of its result.json.
     """
     _cosim(twin if isinstance(twin, Twin) else Twin(twin), out, refine=list(refine), steps=steps, hold_out=hold_out,
-           radiance=radiance, samples=samples, sampler=sampler, phase_error_rad=phase_error_rad, gray_error=gray_error, seed=seed,
+           hold_out_by=hold_out_by, radiance=radiance, samples=samples, sampler=sampler, phase_error_rad=phase_error_rad, gray_error=gray_error, seed=seed,
            device=device)
     return Run(out)

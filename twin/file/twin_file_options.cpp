@@ -134,8 +134,10 @@ ComparisonOptions read_comparison(const TomlTable& root) {
   ComparisonOptions compare;
   const auto table = root.table("compare");
   if (!table) return compare;
-  table->allow({"hold_out"});
+  table->allow({"hold_out", "hold_out_by"});
   compare.hold_out = table->integer("hold_out", 2, 64).value_or(0);
+  if (table->choice("hold_out_by", {"steps", "pitches"}) == "pitches")
+    compare.hold_out_by = HeldOutBy::pitches;
   return compare;
 }
 

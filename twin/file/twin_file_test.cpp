@@ -488,7 +488,7 @@ TEST_F(TwinFile, OptionsResultsAndLimits) {
       kHead + kCamera + kRight + kFringes + kBall +
       "[render]\npixel_fill = 0.5\nphase_error_rad = 1e-5\nsamples = 16\n"
       "sampler = \"multi-jittered\"\nshadow = false\n"
-      "[compare]\nhold_out = 4\n"
+      "[compare]\nhold_out = 4\nhold_out_by = \"pitches\"\n"
       "[measure]\ntriangulate = \"stereo\"\nmin_modulation_dn = 8\ncorrect_pixel_area = true\n"
       "[[measure.fit]]\nobject = \"ball\"\ngate_mm = 1.5\n";
   const Twin twin =
@@ -507,6 +507,7 @@ TEST_F(TwinFile, OptionsResultsAndLimits) {
   EXPECT_EQ(twin.measure.min_modulation_dn, 8.0);
   EXPECT_TRUE(twin.measure.correct_pixel_area);
   EXPECT_EQ(twin.compare.hold_out, 4);
+  EXPECT_EQ(twin.compare.hold_out_by, HeldOutBy::pitches);
   EXPECT_EQ(twin.measure.fits.at(0).object, "ball");
   EXPECT_EQ(twin.measure.fits.at(0).gate_mm, 1.5);
   EXPECT_EQ(twin.real.results_source, "Table 5");
