@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "compare/causes/sensitivity.hpp"
+#include "compare/parameters/grid_view.hpp"
 #include "compare/parameters/parameters.hpp"
 
 namespace fringetwin::compare {

@@ -81,8 +81,8 @@ class Prediction {
       row.camera = twin_.cameras[s_.camera].name;
       row.pattern = patterns[static_cast<std::size_t>(s_.images[k])].label(twin_.fringes);
       if (row.n > 0)
-        keep_worst(out.worst,
-                   {{row.camera, row.pattern, row.ratio, s_.grid.stride * s_.grid.keep, std::move(sigmas)}});
+        keep_worst(out.worst, {{row.camera, row.pattern, row.ratio, s_.grid.first_x, s_.grid.first_y,
+                                s_.grid.stride * s_.grid.keep, std::move(sigmas)}});
       out.rows.push_back(std::move(row));
     }
   }

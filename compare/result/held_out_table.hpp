@@ -58,9 +58,9 @@ struct HeldOutRow {
 /// What is left of the image of a camera that is predicted worst.
 struct HeldOutMap {
   std::string camera, pattern;
-  double ratio = kNaN;  ///< of its row
-  int stride_px = 1;    ///< from one pixel of the map to the next
-  ImageF sigmas;        ///< predicted - real over what is predicted of its size; NaN where nothing is used
+  double ratio = kNaN;                                ///< of its row
+  int first_x_px = 0, first_y_px = 0, stride_px = 1;  ///< of the map's first pixel, and from one to the next
+  ImageF sigmas;  ///< predicted - real over what is predicted of its size; NaN where nothing is used
 };
 
 struct HeldOutTables {
