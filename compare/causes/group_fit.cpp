@@ -20,9 +20,7 @@ constexpr double kSettledSigmas = 0.05, kSettledChi2 = 0.5;
 constexpr double kNearlySettled =
     0.5;  ///< standard errors, where derivatives are too rough for a better step
 constexpr double kFirstDamping = 0.01, kLittleDamping = 1.0, kMostDamping = 1e3;
-/// Of the predicted fall, between which that of the loss may be: of values far out it falls up to twice as
-/// far.
-constexpr double kPoorColumns = 0.5, kTooMuch = 2.5;
+constexpr double kPoorColumns = 0.5;   ///< of the predicted fall of the loss, by which a step's may be off
 constexpr int kMostPasses = 6;         ///< over both kinds of groups
 constexpr double kFarSteps = 2.0;      ///< of a parameter: a fiftieth of a fringe
 constexpr double kTooFarSteps = 10.0;  ///< where a quick derivative at another place stands for that here
@@ -255,8 +253,8 @@ bool GroupFit::fit(const Block& block) {
           sensors_of(free).empty() ? loss - gained : settled(base_, free, false).loss + prior_chi2(values_);
       moved = moved || gained > little;
       // where old columns are too long every step falls short of what they could predict
-      const bool is_poor = (gained < kPoorColumns * expected || gained > kTooMuch * expected) &&
-                           std::max(gained, expected) > little;
+      const bool is_poor =
+          std::abs(gained - expected) > kPoorColumns * expected && std::max(gained, expected) > little;
       converged_ = gained < little && damping <= kLittleDamping && (are_fresh || (!is_poor && !is_far));
       // at rest over old columns is no rest
       if (!converged_ && (is_poor || (!are_fresh && gained < little))) render_columns();
