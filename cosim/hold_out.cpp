@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "compare/held_out/held_out.hpp"
+#include "compare/refine/refine.hpp"
 #include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"
@@ -64,7 +65,7 @@ compare::HeldOut of_fold(const Run& run, const RenderRequest& render, const std:
 
 }  // namespace
 
-void check_hold_out(const Run& run) {
+void check_hold_out(const Run& run, const std::vector<std::string>& asked) {
   const int n_folds = run.twin.compare.hold_out;
   if (n_folds == 0) return;
   if (run.real.images.empty())
@@ -80,6 +81,15 @@ void check_hold_out(const Run& run) {
                     "no pitch can be held out of a measured shape: all of them told it",
                     "hold out phase steps, or describe the object by its shape or a mesh");
   compare::folds_of(run.twin.fringes, n_folds, run.twin.compare.hold_out_by);
+  if (run.twin.compare.hold_out_by == HeldOutBy::pitches && !asked.empty() &&
+      compare::refinable_parameters(run.twin, asked, {0}).size() <
+          compare::refinable_parameters(run.twin, asked).size())
+    throw UserError(
+        ExitCode::usage, "--hold-out-by pitches",
+        fmt::format("--refine {} asks for numbers of single images (exposure, light, shifts), and "
+                    "nothing else tells those of a pitch that is held out",
+                    fmt::join(asked, ",")),
+        "leave these groups out, or hold out phase steps: --hold-out-by steps");
 }
 
 void hold_out(Run& run, const RenderRequest& render, const std::vector<std::string>& asked) {

@@ -8,9 +8,9 @@
 
 namespace fringetwin::cosim {
 
-/// Throws UserError(usage) where images are to be held out that are not there, or whose steps cannot be dealt
-/// to so many folds.
-void check_hold_out(const Run& run);
+/// Throws UserError(usage) where images are to be held out that are not there, or that cannot be dealt to so
+/// many folds, or of which something is asked that nothing but themselves would tell.
+void check_hold_out(const Run& run, const std::vector<std::string>& asked);
 
 /// Fills run.options.held_out where the twin's [compare] asks for it, with what is asked for fitted in
 /// every fold; a measured object is built and rendered anew from the steps that are fitted. To be called with

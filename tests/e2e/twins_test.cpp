@@ -102,6 +102,28 @@ TEST(ForeignImages, TheGainIsFoundAndAMovedBallIsPutBack) {
   EXPECT_EQ(found, truth.size());
 }
 
+// Three pitches, each predicted from the two others; what only a held-out image itself would tell is refused.
+TEST(ForeignImages, PitchesArePredictedFromTheOthers) {
+  FT_NEED_DEVICE();
+  const fs::path out = scratch_folder("cosim-pitches");
+  std::vector<std::string> args{"cosim",         dataset_twin("povray-ball-wall").string(),
+                                "--out",         out.string(),
+                                "--hold-out",    "3",
+                                "--hold-out-by", "pitches"};
+  const RunResult run = run_fringetwin(args);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json rows = read_json(out / "result.json")["held_out"];
+  ASSERT_EQ(rows.size(), 12u);
+  for (const json& row : rows)
+    EXPECT_NEAR(row["ratio"].get<double>(), 1.0, 4.0 * row["ratio_sigma"].get<double>()) << row.dump();
+  EXPECT_TRUE(fs::exists(out / ("held_out_" + rows[0]["camera"].get<std::string>() + ".png")));
+  EXPECT_THAT(read_file(out / "report.html"), ::testing::HasSubstr("predicted worst"));
+  args.insert(args.end(), {"--refine", "exposure"});
+  const RunResult refused = run_fringetwin(args);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, ::testing::HasSubstr("single images"));
+}
+
 TEST(PaperSphere, SimulatedColumnOfTable5) {
   FT_NEED_DEVICE();
   const json result = read_json(sphere_run() / "result.json");
