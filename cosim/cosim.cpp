@@ -59,8 +59,7 @@ Run load_run(const CosimRequest& request) {
                     "add [real] captures = \"FOLDER\"");
   }
   if (request.hold_out > 0) run.twin.compare.hold_out = request.hold_out;
-  if (!request.hold_out_by.empty())
-    run.twin.compare.hold_out_by = request.hold_out_by == "pitches" ? HeldOutBy::pitches : HeldOutBy::steps;
+  if (!request.hold_out_by.empty()) run.twin.compare.hold_out_by = held_out_by(request.hold_out_by);
   check_hold_out(run, request.refine);
   run.options.note = published_results_note(run.twin);
   check_measured_shapes(run.twin);

@@ -65,8 +65,17 @@ compare::HeldOut of_fold(const Run& run, const RenderRequest& render, const std:
 
 }  // namespace
 
+HeldOutBy held_out_by(const std::string& name) {
+  if (name == "steps") return HeldOutBy::steps;
+  if (name == "pitches") return HeldOutBy::pitches;
+  throw UserError(ExitCode::usage, "--hold-out-by " + name, "is not known", "use steps or pitches");
+}
+
 void check_hold_out(const Run& run, const std::vector<std::string>& asked) {
   const int n_folds = run.twin.compare.hold_out;
+  if (n_folds == 0 && run.twin.compare.hold_out_by == HeldOutBy::pitches)
+    throw UserError(ExitCode::usage, "--hold-out-by pitches", "says no number of folds",
+                    "add --hold-out K, or hold_out = K beside hold_out_by in [compare]");
   if (n_folds == 0) return;
   if (run.real.images.empty())
     throw UserError(ExitCode::usage, run.twin.file.string(),

@@ -8,6 +8,9 @@
 
 namespace fringetwin::cosim {
 
+/// Returns what is dealt to the folds by its name, "steps" or "pitches". Throws UserError(usage) for another.
+HeldOutBy held_out_by(const std::string& name);
+
 /// Throws UserError(usage) where images are to be held out that are not there, or that cannot be dealt to so
 /// many folds, or of which something is asked that nothing but themselves would tell.
 void check_hold_out(const Run& run, const std::vector<std::string>& asked);

@@ -33,21 +33,32 @@ Sensitivity::Values zeros(const Sensitivity::Values& like) {
   return out;
 }
 
+/// Returns the root of the sum of squares of the first number that `numbers(camera's place, value)` gives
+/// over that of the second, of all values that count of one camera, or of all; 0 where there is nothing to
+/// divide by.
+double root_of_ratio(const std::vector<GridSamples>& samples, std::optional<std::size_t> camera,
+                     auto numbers) {
+  double over = 0.0, under = 0.0;
+  for (std::size_t c = 0; c < samples.size(); ++c) {
+    if (camera && *camera != samples[c].camera) continue;
+    for (std::size_t i = 0; i < samples[c].weight.size(); ++i) {
+      if (samples[c].weight[i] == 0.0F) continue;
+      const auto [a, b] = numbers(c, i);
+      over += a * a;
+      under += b * b;
+    }
+  }
+  return under > 0.0 ? std::sqrt(over / under) : 0.0;
+}
+
 }  // namespace
 
 double Sensitivity::relative_change(const Values& from, const Values& to,
                                     std::optional<std::size_t> camera) const {
-  double change = 0.0, size = 0.0;
-  for (std::size_t c = 0; c < samples_.size(); ++c) {
-    if (camera && *camera != samples_[c].camera) continue;
-    for (std::size_t i = 0; i < from[c].size(); ++i) {
-      if (samples_[c].weight[i] == 0.0F) continue;
-      const auto a = static_cast<double>(from[c][i]), b = static_cast<double>(to[c][i]);
-      change += (b - a) * (b - a);
-      size += a * a;
-    }
-  }
-  return size > 0.0 ? std::sqrt(change / size) : 0.0;
+  return root_of_ratio(samples_, camera, [&](std::size_t c, std::size_t i) {
+    const auto a = static_cast<double>(from[c][i]), b = static_cast<double>(to[c][i]);
+    return std::pair(b - a, a);
+  });
 }
 
 int Sensitivity::derivative_samples(const Twin& twin, const std::vector<Parameter>& parameters) const {
@@ -100,17 +111,10 @@ Sensitivity::Values Sensitivity::closed_column(const Twin& twin, const std::vect
 
 double Sensitivity::curvature(const Values& less, const Values& base, const Values& more,
                               std::optional<std::size_t> camera) const {
-  double bend = 0.0, slope = 0.0;
-  for (std::size_t c = 0; c < samples_.size(); ++c) {
-    if (camera && *camera != samples_[c].camera) continue;
-    for (std::size_t i = 0; i < base[c].size(); ++i) {
-      if (samples_[c].weight[i] == 0.0F) continue;
-      const auto a = static_cast<double>(less[c][i]), b = static_cast<double>(more[c][i]);
-      bend += std::pow(a + b - 2.0 * static_cast<double>(base[c][i]), 2);
-      slope += std::pow(b - a, 2);
-    }
-  }
-  return slope > 0.0 ? std::sqrt(bend / slope) : 0.0;
+  return root_of_ratio(samples_, camera, [&](std::size_t c, std::size_t i) {
+    const auto a = static_cast<double>(less[c][i]), b = static_cast<double>(more[c][i]);
+    return std::pair(a + b - 2.0 * static_cast<double>(base[c][i]), b - a);
+  });
 }
 
 /// A width may have to change by as much as itself to change the images by what is wanted of it. At edges

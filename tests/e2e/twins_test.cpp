@@ -122,6 +122,10 @@ TEST(ForeignImages, PitchesArePredictedFromTheOthers) {
   const RunResult refused = run_fringetwin(args);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, ::testing::HasSubstr("single images"));
+  const RunResult without_folds = run_fringetwin({"cosim", dataset_twin("povray-ball-wall").string(), "--out",
+                                                  out.string(), "--hold-out-by", "pitches"});
+  EXPECT_EQ(without_folds.exit_code, 2);
+  EXPECT_THAT(without_folds.err, ::testing::HasSubstr("--hold-out K"));
 }
 
 TEST(PaperSphere, SimulatedColumnOfTable5) {
