@@ -8,7 +8,7 @@
 #include "cli/tell/json_output.hpp"
 #include "cli/tell/tell_comparison.hpp"
 #include "cli/twin_argument.hpp"
-#include "compare/refine/refine.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "cosim/cosim.hpp"
 #include "cosim/refined_into_twin.hpp"
 #include "cosim/write_results.hpp"

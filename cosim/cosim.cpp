@@ -6,6 +6,7 @@
 
 #include "compare/comparison.hpp"
 #include "compare/refine/apply_texture.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/verdict/calibration_covariance.hpp"

@@ -14,8 +14,9 @@ namespace fringetwin::cosim {
 struct CosimRequest {
   std::filesystem::path twin;  ///< the twin.toml
   std::map<std::string, std::string>
-      settings;                     ///< in the place of some of its keys, as load_twin() takes them
-  std::vector<std::string> refine;  ///< what to fit to the real images first (compare/refine/refine.hpp)
+      settings;  ///< in the place of some of its keys, as load_twin() takes them
+  std::vector<std::string>
+      refine;  ///< what to fit to the real images first (compare/refine/asked_parameters.hpp)
   std::filesystem::path into = {};  ///< a twin.toml that the refined values go into; empty: none
   std::string steps;                ///< "even" | "odd": compare these phase steps; empty = all that may be
   int hold_out = 0;                 ///< folds; 0: what the twin's [compare] says

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "compare/held_out/held_out.hpp"
-#include "compare/refine/refine.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"

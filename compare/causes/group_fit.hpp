@@ -145,6 +145,13 @@ class GroupFit {
     std::vector<bool> null;  ///< of each parameter: whether others do the same, or it does nothing
   };
 
+  /// Where a step leads.
+  struct Stride {
+    Eigen::VectorXd next;  ///< values of all parameters
+    double expected;       ///< fall of chi2
+    double sigmas;         ///< the longest step of a parameter, in its standard errors
+  };
+
   void take_base(Sensitivity::Values base);
   void set_values(const Eigen::VectorXd& values);
   /// The same with chi2() of what is predicted there.
@@ -181,6 +188,8 @@ class GroupFit {
   const NormalEquations& sums(FreePerPixel free);
   Damped solve(const NormalEquations& e, std::vector<std::size_t> unknowns, FreePerPixel free,
                double damping) const;
+  Stride stride(const NormalEquations& e, std::vector<std::size_t> told, FreePerPixel free, double damping,
+                double chi2) const;
   double try_values(const Eigen::VectorXd& next, FreePerPixel free, double loss);
   bool fit(const Block& block);
   void fit_all();

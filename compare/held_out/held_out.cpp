@@ -13,6 +13,7 @@
 #include "compare/gray/interior_mask.hpp"
 #include "compare/gray/own_light.hpp"
 #include "compare/parameters/closed_columns.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine.hpp"
 #include "compare/verdict/explained.hpp"
 #include "twin/base/errors.hpp"

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -14,6 +13,7 @@
 #include "compare/parameters/closed_columns.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "compare/refine/apply_texture.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
 #include "compare/refine/says_now_and_then.hpp"
@@ -30,35 +30,6 @@ namespace {
 constexpr std::size_t kPixels = 40'000;  ///< per camera
 constexpr double kHighCorrelation = 0.98;
 
-bool is_no_parameter(const std::string& name) {
-  return name == "gain" || name == "black" || name == "texture" || name == "offset" || name == kTextureSpread;
-}
-
-bool is_asked(const std::vector<std::string>& asked, const char* name) {
-  return std::ranges::find(asked, name) != asked.end();
-}
-
-/// A device's or an object's name alone asks for all of it but these groups, and what no key holds.
-constexpr std::array kByThemselves{"size",       "specular",        "intrinsics",      "motion",
-                                   "timing",     "projector_field", "blur_field",      "camera_knee",
-                                   "halo",       "camera_response", "harmonics_field", "harmonics_high",
-                                   "subsurface", "roughness",       "image_harmonics", "raster"};
-}  // namespace
-
-bool is_asked_by(const std::string& asked, const Parameter& p) {
-  const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
-  return p.group == asked || p.name == asked ||
-         (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
-}
-
-namespace {
-
-/// Returns whether a part of the projector's halo is asked for, of which the images of a code tell more.
-bool asks_for_halo(const std::vector<std::string>& asked) {
-  return std::ranges::any_of(
-      asked, [](const std::string& a) { return a == "halo" || a.starts_with("projector.halo"); });
-}
-
 /// Returns whether this is a term of a field over the projector's image, which is fitted by its places.
 bool is_of_field(const Parameter& p) { return p.group == "projector_field" || p.group == "harmonics_field"; }
 /// Returns the order of a term of a field by its name: "projector.light_field.3_1",
@@ -66,73 +37,6 @@ bool is_of_field(const Parameter& p) { return p.group == "projector_field" || p.
 int order_of_term(const std::string& name) {
   const std::size_t between = name.rfind('_');
   return name[between - 1] - '0' + name[between + 1] - '0';
-}
-
-/// Returns the parameters asked for, in the order of the groups. Throws for a name that means nothing here.
-std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std::string>& asked,
-                                         const std::vector<int>& use_steps = {}) {
-  std::vector<Parameter> chosen;
-  std::vector<bool> met(asked.size(), false);
-  for (const ParameterGroup& group : parameter_groups())
-    for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) {
-      bool wanted = false;
-      for (std::size_t i = 0; i < asked.size(); ++i)
-        if (is_asked_by(asked[i], p)) wanted = met[i] = true;
-      if (wanted && !p.instead.empty())
-        throw UserError(ExitCode::usage, "--refine", "no key of twin.toml holds " + p.name, p.instead);
-      if (wanted) chosen.push_back(std::move(p));
-    }
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    if (met[i] || is_no_parameter(asked[i])) continue;
-    const auto& groups = parameter_groups();
-    const bool known = std::ranges::any_of(groups, [&](const auto& g) { return g.name == asked[i]; });
-    const std::string absent = known ? parameter_group(asked[i]).absent : "";
-    throw UserError(
-        ExitCode::usage, "--refine " + asked[i], known ? "the twin has no such parameter" : "is not known",
-        !absent.empty()
-            ? absent
-            : "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
-  }
-  const bool albedo = std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "albedo"; });
-  const bool texture = is_asked(asked, "texture");
-  const auto is_fitted = [&](const char* group) {
-    return std::ranges::any_of(chosen, [=](const Parameter& p) { return p.group == group; });
-  };
-  if (is_fitted("timing")) make_ready_for_timing(twin, chosen);
-  if (is_fitted("camera_knee") && is_fitted("camera_response"))
-    throw UserError(ExitCode::usage, "--refine",
-                    "camera_knee and camera_response are both the camera's curve, which is a knee or a table",
-                    "refine one of them");
-  if (albedo && texture)
-    throw UserError(ExitCode::usage, "--refine",
-                    "texture, a factor per pixel, contains the albedo of the objects", "refine one of them");
-  for (const char* group : {"vignetting", "projector_field"})
-    if (texture && is_fitted(group))
-      throw UserError(
-          ExitCode::usage, "--refine",
-          fmt::format("the images cannot tell {} and texture apart: a factor per pixel contains it", group),
-          "refine one of them");
-  if (is_asked(asked, kTextureSpread) && !texture)
-    throw UserError(ExitCode::usage, "--refine",
-                    "texture_spread is told by the factors of neighbouring pixels, which nothing fits here",
-                    "add texture");
-  if (is_asked(asked, kTextureSpread) && twin.fringes.steps == 0)
-    throw UserError(ExitCode::usage, "--refine",
-                    "texture_spread is told by smooth fringes, and a code has edges alone", "leave it out");
-  if ((albedo || texture) && is_asked(asked, "gain"))
-    throw UserError(
-        ExitCode::usage, "--refine",
-        fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
-        "refine one of them; the other stays at the twin's value");
-  if (is_fitted("contrast") && is_fitted("image_harmonics"))
-    throw UserError(ExitCode::usage, "--refine",
-                    "image_harmonics, a contrast of each image, contains the contrast of its pitch",
-                    "refine one of them");
-  if (is_asked(asked, "offset") && is_asked(asked, "black"))
-    throw UserError(ExitCode::usage, "--refine",
-                    "an offset per pixel contains the black level: the images cannot tell them apart",
-                    "refine one of them");
-  return chosen;
 }
 
 class Refiner {
@@ -549,27 +453,6 @@ class Refiner {
 };
 
 }  // namespace
-
-std::string refine_names() {
-  std::string names;
-  for (const ParameterGroup& group : parameter_groups())
-    if (group.instead.empty()) names += group.name + ", ";
-  return names + "texture, texture_spread, offset, gain, black";
-}
-
-std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
-                                            const std::vector<int>& use_steps) {
-  if (!asked.empty())
-    return chosen_parameters(asks_for_halo(asked) ? with_empty_halo(twin) : twin, asked, use_steps);
-  std::vector<Parameter> all;
-  for (const ParameterGroup& group : parameter_groups())
-    for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) all.push_back(std::move(p));
-  return all;
-}
-
-void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
-  chosen_parameters(asks_for_halo(asked) ? with_empty_halo(twin) : twin, asked);
-}
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse) {

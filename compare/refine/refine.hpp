@@ -5,29 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "compare/parameters/parameter.hpp"
 #include "compare/result/options.hpp"
 #include "compare/result/refined.hpp"
 #include "compare/result/side.hpp"
 #include "twin/merge/toml_block.hpp"
 
 namespace fringetwin::compare {
-
-/// Returns the parameters that `--refine` fits for these words, compared on these phase steps (empty: all);
-/// without words all that there are. Throws UserError(usage) for a word that means nothing here.
-std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
-                                            const std::vector<int>& use_steps = {});
-
-/// Returns whether a word of `--refine` means this parameter: its group, its name, or what stands before a
-/// dot.
-bool is_asked_by(const std::string& asked, const Parameter& parameter);
-
-/// Returns the words that `--refine` takes, for messages: groups, "texture", "offset", "gain", "black".
-std::string refine_names();
-
-/// Checks what was asked for: throws UserError(usage) for an unknown name, for what this twin does not have
-/// and for gain with albedo: what needs no image to be refused.
-void check_refine(const Twin& twin, const std::vector<std::string>& asked);
 
 /// Whether a refinement that makes something worse is taken back (refine_guard.hpp) or stays.
 enum class WhatIsWorse { taken_back, stays };

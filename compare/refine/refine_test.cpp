@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "compare/parameters/parameters.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
 #include "twin/base/errors.hpp"

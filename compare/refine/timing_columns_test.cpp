@@ -15,6 +15,7 @@
 
 #include "compare/parameters/closed_columns.hpp"
 #include "compare/parameters/parameters.hpp"
+#include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine.hpp"
 #include "twin/base/errors.hpp"
 
