@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "twin/base/errors.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 namespace {
@@ -63,7 +64,7 @@ void step_curve(const Images& images, double black_dn, Model& m) {
       }
       m.squares += residual * residual;
     }
-  const Eigen::VectorXd by = normal.ldlt().solve(right);
+  const Eigen::VectorXd by = solve_symmetric(normal, right);
   m.delay_ms += by[0];
   for (Eigen::Index i = 1; i < n; ++i) m.level[static_cast<std::size_t>(i)] += by[i];
 }

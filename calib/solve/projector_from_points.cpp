@@ -5,7 +5,8 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +18,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::calib {
 namespace {
@@ -182,11 +184,11 @@ Pencil column_pencil(const std::vector<LitPoint>& points, double width_px, const
       row.tail<4>() = -column(p) * row.head<4>();
       m += row * row.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> solver(m);
+    const SymmetricEigen eigen = symmetric_eigen(m);
     // the second smallest tells whether there is one answer alone: 0 for points of one plane
-    if (!(solver.eigenvalues()[1] > 1e-12 * solver.eigenvalues()[7]))
+    if (!(eigen.values[1] > 1e-12 * eigen.values[7]))
       refuse_flat(where, std::numeric_limits<double>::quiet_NaN());
-    x = solver.eigenvectors().col(0);
+    x = eigen.vectors.col(0);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector4d h = homogeneous(points[i]);
       error[i] = std::abs(x.head<4>().dot(h) / x.tail<4>().dot(h) - column(points[i]));
@@ -357,7 +359,7 @@ Eigen::MatrixXd clustered_covariance(const std::vector<LitPoint>& points, bool r
     g += v * v.transpose();
   }
   const auto tiles = static_cast<double>(gradient_of_tile.size());
-  const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd inverse = SymmetricFactor(h).inverse();
   const Eigen::MatrixXd small = scale.asDiagonal() * (inverse * g * inverse) * scale.asDiagonal();
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(P::count, P::count);
   // each tile's residuals are those of a fit that they took part in: HC1's factor

@@ -31,8 +31,9 @@ constexpr std::array kByThemselves{"size",       "specular",        "intrinsics"
   const std::string absent = known ? parameter_group(word).absent : "";
   throw UserError(
       ExitCode::usage, "--refine " + word, known ? "the twin has no such parameter" : "is not known",
-      !absent.empty() ? absent
-                      : "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
+      !absent.empty()
+          ? absent
+          : "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
 }
 
 /// Refuses words that mean the same of the images, or need another word.
@@ -58,9 +59,8 @@ void refuse_what_stands_together(const Twin& twin, const std::vector<std::string
   if (is_asked(asked, kTextureSpread) && twin.fringes.steps == 0)
     refuse("texture_spread is told by smooth fringes, and a code has edges alone", "leave it out");
   if ((albedo || texture) && is_asked(asked, "gain"))
-    refuse(
-        fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
-        "refine one of them; the other stays at the twin's value");
+    refuse(fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
+           "refine one of them; the other stays at the twin's value");
   if (is_fitted("contrast") && is_fitted("image_harmonics"))
     refuse("image_harmonics, a contrast of each image, contains the contrast of its pitch");
   if (is_asked(asked, "offset") && is_asked(asked, "black"))

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/decode/phase_noise.hpp"
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "twin/base/statistics.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -41,9 +42,8 @@ class StepContrasts {
     const int n = solver.count();
     Eigen::MatrixXd known(n, 3);
     for (int i = 0; i < n; ++i) known.row(i) << 1.0, solver.basis_cos(i), solver.basis_sin(i);
-    const Eigen::MatrixXd all = known.householderQr().householderQ();
-    sinusoids_ = all.leftCols(3);
-    contrasts_ = all.rightCols(n - 3);
+    sinusoids_ = orthonormal_basis(known);
+    contrasts_ = orthonormal_complement(known);
     squares_ = contrasts_.cwiseAbs2();
     level_ = Eigen::Map<const Eigen::VectorXf>(solver.mean_weights().data(), n).cast<double>().normalized();
   }

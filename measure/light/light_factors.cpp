@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/light/light_factors.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -15,6 +13,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -273,19 +272,18 @@ class PitchLight {
     if (!(size.head(steps_.count()).minCoeff() > 0.0)) return {};
     // what no pixel shows of a harmonic stays 0
     const Eigen::VectorXd scale = size.cwiseMax(1e-300).cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * total_.normal *
-                                                               scale.asDiagonal());
-    const double least = kNull * eigen.eigenvalues().maxCoeff();
+    const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * total_.normal * scale.asDiagonal());
+    const double least = kNull * eigen.values.maxCoeff();
     Eigen::VectorXd inverse = Eigen::VectorXd::Zero(scale.size());
     int null = 0;
     for (Eigen::Index i = 0; i < inverse.size(); ++i)
-      if (eigen.eigenvalues()[i] > least)
-        inverse[i] = 1.0 / eigen.eigenvalues()[i];
+      if (eigen.values[i] > least)
+        inverse[i] = 1.0 / eigen.values[i];
       else
         ++null;
     if (null > 1) return {};
-    covariance_ = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
-                  eigen.eigenvectors().transpose() * scale.asDiagonal();
+    const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.vectors;
+    covariance_ = vectors * inverse.asDiagonal() * vectors.transpose();
     // relative to the mean of the factors
     Eigen::MatrixXd centre = Eigen::MatrixXd::Identity(scale.size(), scale.size());
     centre.topLeftCorner(steps_.count(), steps_.count()).array() -= 1.0 / steps_.count();
@@ -297,7 +295,8 @@ class PitchLight {
   Eigen::VectorXd of_waveform() const {
     const Eigen::Index n = steps_.count(), m = steps_.of_harmonics();
     Eigen::VectorXd out = Eigen::VectorXd::Zero(steps_.unknowns());
-    if (m > 0) out.segment(n, m) = total_.normal.block(n, n, m, m).ldlt().solve(total_.right.segment(n, m));
+    if (m > 0)
+      out.segment(n, m) = solve_symmetric(total_.normal.block(n, n, m, m), total_.right.segment(n, m));
     return out;
   }
 

@@ -3,7 +3,6 @@
 // its values owe to it to first order: the equations of light_factors.cpp.
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "twin/base/constants.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 
@@ -66,7 +66,7 @@ class LightSteps {
   static Eigen::MatrixXd contrasts_of(int n) {
     Eigen::MatrixXd own(n, 3);
     for (int k = 0; k < n; ++k) own.row(k) << 1.0, std::cos(kTwoPi * k / n), std::sin(kTwoPi * k / n);
-    return Eigen::MatrixXd(own.householderQr().householderQ()).rightCols(n - 3);
+    return orthonormal_complement(own);
   }
   int n_;
   std::vector<std::complex<double>> turn_;  ///< e^(i d_k)

@@ -4,7 +4,7 @@
 // are worth at a pixel is told by its own terms, so that this costs no accuracy.
 #include "measure/light/waveform_field.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +14,7 @@
 #include "measure/light/light_steps.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/lens/linear.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -52,17 +53,16 @@ struct FieldChange {
 FieldChange solved_field(const FieldSums& s, Eigen::Index n) {
   const Eigen::VectorXd right = s.right.head(n),
                         scale = s.normal.diagonal().head(n).cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      scale.asDiagonal() * s.normal.topLeftCorner(n, n) * scale.asDiagonal());
-  const Eigen::VectorXd& values = eigen.eigenvalues();
+  const auto [values, vectors] =
+      symmetric_eigen(scale.asDiagonal() * s.normal.topLeftCorner(n, n) * scale.asDiagonal());
   FieldChange out;
-  Eigen::VectorXd along = eigen.eigenvectors().transpose() * (scale.asDiagonal() * right);
+  Eigen::VectorXd along = vectors.transpose() * (scale.asDiagonal() * right);
   for (Eigen::Index i = 0; i < n; ++i) {
     const bool is_told = values[i] > kFieldNotTold * values.maxCoeff();
     along[i] = is_told ? along[i] / values[i] : 0.0;
     out.told += is_told ? 1.0 : 0.0;
   }
-  out.of_all = scale.asDiagonal() * (eigen.eigenvectors() * along);
+  out.of_all = scale.asDiagonal() * (vectors * along);
   out.fall = out.of_all.dot(right);
   return out;
 }

@@ -51,6 +51,12 @@ Eigen::MatrixXd orthonormal_basis(const MatrixRef& m) {
   return qr.householderQ() * Eigen::MatrixXd::Identity(m.rows(), m.cols());
 }
 
+Eigen::MatrixXd orthonormal_complement(const MatrixRef& m) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr{Eigen::MatrixXd(m)};
+  const Eigen::MatrixXd all = qr.householderQ();
+  return all.rightCols(m.rows() - m.cols());
+}
+
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return svd.matrixU() * svd.matrixV().transpose();

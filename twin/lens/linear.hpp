@@ -42,6 +42,8 @@ Eigen::MatrixXd least_squares(const MatrixRef& m, const MatrixRef& right);
 
 /// Returns orthonormal columns that span those of m (rows >= columns).
 Eigen::MatrixXd orthonormal_basis(const MatrixRef& m);
+/// Returns the orthonormal columns that these lack of all of their length, perpendicular to each of them.
+Eigen::MatrixXd orthonormal_complement(const MatrixRef& m);
 
 /// Returns the rotation nearest to m in the Frobenius norm; of determinant -1 where m mirrors.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);

@@ -69,6 +69,17 @@ TEST(Linear, LeastSquaresLeavesAnOrthogonalRest) {
   EXPECT_LT(largest(m - basis * (basis.transpose() * m)), 10 * kRounding);
 }
 
+TEST(Linear, TheComplementHasWhatTheColumnsLack) {
+  const Eigen::MatrixXd m = Eigen::MatrixXd::Random(7, 3), own = orthonormal_basis(m),
+                        other = orthonormal_complement(m);
+  ASSERT_EQ(other.cols(), 4);
+  EXPECT_LT((other.transpose() * m).norm(), 1e-14);  // rounding of sums of seven products
+  Eigen::MatrixXd both(7, 7);
+  both << own, other;
+  EXPECT_LT((both.transpose() * both - Eigen::MatrixXd::Identity(7, 7)).norm(), 1e-14);
+  EXPECT_EQ(orthonormal_complement(Eigen::MatrixXd::Identity(4, 4)).cols(), 0);
+}
+
 TEST(Linear, NearestRotation) {
   const Eigen::Matrix3d R = rotation_from_vector({0.3, -1.2, 0.7});
   EXPECT_LT(largest(nearest_rotation(R) - R), kRounding);
