@@ -31,10 +31,12 @@ class Page(html.parser.HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.links, self.ids, self.prose, self.code, self.made = [], set(), "", 0, None
+        self.listed, self.in_list = set(), False
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
         self.code += tag in ("pre", "code", "script")
+        self.in_list = self.in_list or tag == "nav"
         if tag == "main":
             self.made = dict.fromkeys(("li", "tr", "pre", "img"), 0)
         elif self.made and tag in self.made:
@@ -44,9 +46,12 @@ class Page(html.parser.HTMLParser):
                 self.ids.add(value)
             if (tag, name) in LOADED | {("a", "href")}:
                 self.links.append(((tag, name), value or ""))
+                if self.in_list:
+                    self.listed.add(os.path.normpath((value or "").partition("#")[0]))
 
     def handle_endtag(self, tag):
         self.code -= tag in ("pre", "code", "script")
+        self.in_list = self.in_list and tag != "nav"
 
     def handle_data(self, data):
         self.prose += "`" if self.code else data
@@ -120,8 +125,7 @@ def faults(site, source):
     pages = {str(path.relative_to(site)): Page(path.read_text("utf-8")) for path in site.rglob("*.html")}
     ids = {name: page.ids for name, page in pages.items()}
     found = [f"{name} is no page of the site" for name in sources if html_of(name) not in pages]
-    listed = {os.path.normpath(target.partition("#")[0]) for (tag, _), target in pages["index.html"].links if tag == "a"}
-    found += [f"{name} is not in the list of pages" for name in sources if html_of(name) not in listed]
+    found += [f"{name} is not in the list of pages" for name in sources if html_of(name) not in pages["index.html"].listed]
     for name, page in pages.items():
         found += link_faults(site, name, page, ids)
     for name in sources:
@@ -165,7 +169,7 @@ def self_test():
     sources = {"README.md": "# One\n[two](docs/PHYSICS.md#part)\n", "docs/PHYSICS.md": "# Two\n## Part\n- one\n"}
     index = {"docs": [{"location": "index.html", "title": "One", "text": "two"},
                       {"location": "docs/PHYSICS.html", "title": "Two", "text": "Part"}]}
-    start = '<link href="site.css"><a href="docs/PHYSICS.html#part">two</a><a href="index.html">One</a><main></main>'
+    start = '<link href="site.css"><nav><a href="docs/PHYSICS.html#part">two</a><a href="index.html">One</a></nav><main></main>'
     good = {"index.html": start, "site.css": "a { color: red; }",
             "docs/PHYSICS.html": '<h2 id="part">Part</h2><main><li>one</main>',
             "search/search_index.js": f"const searchIndex = {json.dumps(index)};\n"}
@@ -174,7 +178,7 @@ def self_test():
                "a script of the network": {"index.html": start + '<script src="https://cdn.example/a.js"></script>'},
                "a font of the network": {"site.css": "@font-face { src: url(https://fonts.example/a.woff2); }"},
                "a list that is text": {"docs/PHYSICS.html": '<h2 id="part">Part</h2><main><p>- one</p></main>'},
-               "a page that nobody is led to": {"index.html": start.replace("docs/PHYSICS.html#part", "index.html")},
+               "a page that the list lacks": {"index.html": start.replace("docs/PHYSICS.html#part", "") + '<a href="docs/PHYSICS.html">'},
                "a heading that is not found": {"search/search_index.js": good["search/search_index.js"].replace("Part", "")},
                "a page that is missing": {"docs/PHYSICS.html": None}}
     wrong = []
