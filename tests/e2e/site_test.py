@@ -136,6 +136,7 @@ def faults(site, source):
 
 def browser_faults(site):
     """What a reader sees who opened the site as files."""
+    sys.dont_write_bytecode = True  # into the sources
     sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
     from browser_check import FAINT, Browser, requests  # pylint: disable=import-outside-toplevel
     with tempfile.TemporaryDirectory() as profile:
