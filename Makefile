@@ -7,7 +7,7 @@ OUT ?= out
 # $(call configured,PRESET,FOLDER): quiet unless it fails; the log goes with the build.
 configured = mkdir -p $(2) && cmake --preset $(1) >$(2)/configure.log 2>&1 || { cat $(2)/configure.log; exit 2; }
 
-.PHONY: help deps configure program package build demo captures test test-all fuzz trust trust-refine real mesa25 test-mesa25 asan separate tidy format-check format studies bench clean
+.PHONY: help deps configure program package build demo captures test test-all fuzz trust trust-refine real mesa25 test-mesa25 asan separate tidy format-check format studies site bench clean
 help:
 	@echo "make demo      install packages, build, run the paper's sphere, another renderer's images with a right and a wrong twin"
 	@echo "               (and a real capture if present), list the reports in out/index.html"
@@ -20,6 +20,7 @@ help:
 	@echo "make real      the program on the real captures that are here; writes docs/REAL_RIGS.md (some minutes)"
 	@echo "make mesa25    a newer, faster software driver beside the system's; test-mesa25: the device tests on it"
 	@echo "make studies   the studies of docs/STUDIES.md with their pages (half an hour)"
+	@echo "make site      README.md and docs/ as a static site that can be searched, out/site/index.html; no network"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
 	@echo "make package   the program as a Debian package, build/fringetwin_VERSION_ARCHITECTURE.deb"
 	@echo "make build | program | bench | format | clean"
@@ -121,6 +122,10 @@ format:
 # The shipped studies; draws the pictures of docs/STUDIES.md anew.
 studies: program
 	@scripts/studies.sh "$(OUT)/studies"
+
+# The documents as a site; it is read as files, without a server.
+site: deps
+	@scripts/site.sh "$(OUT)/site"
 
 bench: build
 	@build/bench/bench_render

@@ -217,4 +217,5 @@ def main():
     json.dump(seen, sys.stdout, indent=1)
 
 
-main()
+if __name__ == "__main__":
+    main()
