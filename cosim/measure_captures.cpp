@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/measure_captures.hpp"
 
+#include "compare/geometry/deviation_cloud.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
 #include "cosim/simulate.hpp"
@@ -39,6 +40,7 @@ void write_measured(const std::filesystem::path& dir, const Twin& twin,
   timer.start("write");
   begin_output(dir, {"result.json"});
   measure::write_measurement(dir, measurement);
+  compare::write_deviation_clouds(dir, measurement, {&measurement});
   timer.stop();
   timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
   const compare::Provenance provenance = make_provenance(origin, twin, capture_files);

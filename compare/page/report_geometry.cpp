@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "compare/geometry/deviation_cloud.hpp"
 #include "compare/page/report_parts.hpp"
 #include "report/cloud_canvas.hpp"
 #include "report/map.hpp"
@@ -32,13 +33,8 @@ struct Deviations {
 Deviations deviations(const std::optional<Measurement>& m, const std::string& object, const char* side,
                       const char* color) {
   Deviations d{nullptr, nullptr, side, color};
-  if (!m) return d;
-  for (const ObjectFit& fit : m->fits)
-    if (fit.object == object && fit.usable && !fit.deviation_mm.empty() &&
-        fit.deviation_mm.size() == fit.index.size()) {
-      d.measurement = &*m;
-      d.fit = &fit;
-    }
+  if (m) d.fit = fit_with_deviations(*m, object);
+  if (d) d.measurement = &*m;
   return d;
 }
 
@@ -93,13 +89,10 @@ Plot deviation_histogram(const std::vector<Deviations>& sides, const report::Map
 }
 
 report::MapLimits common_limits(const std::vector<Deviations>& sides, double percent) {
-  double largest = 1e-6;
-  for (const Deviations& d : sides) {
-    ImageF all(static_cast<int>(d.fit->deviation_mm.size()), 1);
-    all.data = in_um(*d.fit);
-    largest = std::max(largest, report::symmetric_limits(all, percent).high);
-  }
-  return {-largest, largest};
+  std::vector<const ObjectFit*> fits;
+  for (const Deviations& d : sides) fits.push_back(d.fit);
+  const double span_um = deviation_span_um(fits, percent);
+  return {-span_um, span_um};
 }
 
 }  // namespace
@@ -113,8 +106,10 @@ std::string geometry_figures_html(const ReportInput& in) {
           deviations(in.real.measurement, row.object, "real", report::color::kReal)})
       if (d) sides.push_back(d);
     if (sides.empty()) continue;
-    MapStyle style{
-        .scale = Scale::diverging, .limits = common_limits(sides, 99.0), .unit = "µm", .title = "deviation"};
+    MapStyle style{.scale = Scale::diverging,
+                   .limits = common_limits(sides, kDeviationPercent),
+                   .unit = "µm",
+                   .title = "deviation"};
     std::string maps, n;
     for (const Deviations& d : sides) {
       maps += side_maps(in, d, style);

@@ -16,6 +16,7 @@ import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -231,12 +232,40 @@ class Python(unittest.TestCase):
         file = self.dir + "/cli-measured/points.ply"
         with open(file, "rb") as ply:
             head, body = ply.read().split(b"end_header\n", 1)
-        record = np.dtype([("p", "<f8", 3), ("rest", "<f4", 6)])
+        record = np.dtype([("p", "<f8", 3), ("n", "<f4", 3), ("sigma_mm", "<f4"), ("pixel", "<f4", 2), ("column_px", "<f4"),
+                           ("amplitude_dn", "<f4"), ("mean_dn", "<f4"), ("sigma_rad", "<f4")])
         plain = np.frombuffer(body, record)
         points = fringetwin.read_points(file)
         self.assertEqual(len(points), int(re.search(rb"element vertex (\d+)", head)[1]))
         np.testing.assert_array_equal(np.stack([points[a] for a in "xyz"], 1), plain["p"])
-        np.testing.assert_array_equal(points["sigma_mm"], plain["rest"][:, 5])
+        exr = fringetwin.read_exr(self.dir + "/cli-measured/phase_left.exr")
+        u, v = (points[name].astype(int) for name in ("pixel_x", "pixel_y"))
+        np.testing.assert_array_equal(np.stack([u, v], 1), plain["pixel"])
+        np.testing.assert_array_equal(points["sigma_mm"], plain["sigma_mm"])
+        for name in ("column_px", "amplitude_dn", "mean_dn", "sigma_rad"):
+            np.testing.assert_array_equal(points[name], plain[name])
+            np.testing.assert_array_equal(points[name], exr[name][v, u])
+
+    def test_points_of_earlier_versions_are_read(self):
+        older = os.path.join(self.dir, "older.ply")  # their names had no "scalar_"
+        with open(older, "wb") as ply:
+            ply.write(b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double z\nproperty float pixel_x\n"
+                      b"property float sigma_mm\nend_header\n" + struct.pack("<dff", 250, 7, 0.5))
+        self.assertEqual(fringetwin.read_points(older)[["z", "pixel_x", "sigma_mm"]].tolist(), [(250, 7, 0.5)])
+
+    def test_deviations_are_those_of_the_fit(self):
+        fit = fringetwin.read_result(self.dir + "/cli-measured")["fits"][0]["measured"]
+        points = fringetwin.read_points(self.dir + "/cli-measured/deviation_sphere.ply")
+        self.assertEqual(len(points), fit["n"])
+        radius = np.linalg.norm(np.stack([points[a] for a in "xyz"], 1) - fit["center_mm"], axis=1)
+        # single precision of the file: half a unit in the last place of a deviation below 2^-7 mm is 2^-31 mm = 5e-10 mm
+        np.testing.assert_allclose(points["deviation_mm"], radius - fit["radius_mm"], rtol=0, atol=1e-9)
+        rms = np.sqrt(np.mean(points["deviation_mm"].astype(float) ** 2))
+        self.assertAlmostEqual(rms, fit["rms_mm"], delta=1e-9)
+        outside = points["deviation_mm"] > 0
+        self.assertTrue((points["red"] >= points["blue"])[outside].all() and (points["red"] <= points["blue"])[~outside].all())
+
+    def test_results_are_read_as_they_are(self):
         with open(self.dir + "/cli-measured/result.json", encoding="utf-8") as result:
             self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))
 
