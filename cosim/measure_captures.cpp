@@ -36,11 +36,12 @@ measure::Measurement measure_captures(const Twin& twin, const std::vector<Camera
 void write_measured(const std::filesystem::path& dir, const Twin& twin,
                     const measure::Measurement& measurement,
                     const std::vector<std::filesystem::path>& capture_files, const Origin& origin,
-                    StageTimer& timer) {
+                    StageTimer& timer, const ExtraFiles& extra) {
   timer.start("write");
   begin_output(dir, {"result.json"});
   measure::write_measurement(dir, measurement);
   compare::write_deviation_clouds(dir, measurement, {&measurement});
+  write_npz_if_asked(dir, measurement, extra);
   timer.stop();
   timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
   const compare::Provenance provenance = make_provenance(origin, twin, capture_files);

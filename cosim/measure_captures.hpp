@@ -22,10 +22,10 @@ measure::Measurement measure_captures(const Twin& twin, const std::vector<Camera
                                       bool method_bias, StageTimer& timer);
 
 /// Writes DIR/points.ply, DIR/deviation_<object>.ply, DIR/phase_<camera>.exr and, last, DIR/result.json.
-/// `capture_files`: what was read besides the twin's own files.
+/// `capture_files`: what was read besides the twin's own files; `extra`: what is asked for besides.
 void write_measured(const std::filesystem::path& dir, const Twin& twin,
                     const measure::Measurement& measurement,
                     const std::vector<std::filesystem::path>& capture_files, const Origin& origin,
-                    StageTimer& timer);
+                    StageTimer& timer, const ExtraFiles& extra = {});
 
 }  // namespace fringetwin::cosim

@@ -68,7 +68,7 @@ void write_textures(const std::filesystem::path& dir, const Twin& twin,
 }
 
 /// Writes what was measured on each side, both coloured alike.
-void write_measured_sides(const std::filesystem::path& dir, const Run& run) {
+void write_measured_sides(const std::filesystem::path& dir, const Run& run, const ExtraFiles& extra) {
   std::vector<std::pair<const char*, const measure::Measurement*>> sides;
   if (run.simulated.measurement) sides.emplace_back("measured_simulated", &*run.simulated.measurement);
   if (run.real.measurement) sides.emplace_back("measured_real", &*run.real.measurement);
@@ -77,6 +77,7 @@ void write_measured_sides(const std::filesystem::path& dir, const Run& run) {
   for (const auto& [name, measurement] : sides) {
     measure::write_measurement(dir / name, *measurement);
     compare::write_deviation_clouds(dir / name, *measurement, all);
+    write_npz_if_asked(dir / name, *measurement, extra);
   }
 }
 
@@ -121,19 +122,21 @@ void write_simulated_side(const std::filesystem::path& dir, Run& run, bool radia
   run.timer.stop();
 }
 
-compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin) {
+compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin,
+                                      const ExtraFiles& extra) {
   run.timer.start("compare");
   throw_if_cancelled();
   compare::Comparison comparison = compare::compare(run.twin, run.real, run.simulated, run.options);
   run.timer.start("write");
   throw_if_cancelled();
   begin_output(dir, {"result.json", "report.html"});
-  write_measured_sides(dir, run);
+  write_measured_sides(dir, run, extra);
   run.timer.start("report");
   throw_if_cancelled();
   const compare::Provenance provenance = make_provenance(origin, run.twin, run.capture_files, run.rendering);
   compare::write_report(dir, run.twin, run.real, run.simulated, comparison, run.options, provenance,
                         run.timer.seconds);
+  write_figures_if_asked(dir, extra);
   run.timer.stop();
   throw_if_cancelled();
   write_text_file(dir / "result.json",

@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "report/plot/page_drawings.hpp"
 #include "study/kind/check_study.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
@@ -18,16 +19,6 @@ namespace {
 constexpr std::size_t kMostReasons = 5;
 /// The table of a study that was stopped: study.csv is there only of one that is finished.
 constexpr const char* kUnfinished = "unfinished.csv";
-
-/// Returns the names of the drawings in a folder, which may not exist.
-std::vector<std::string> drawings_in(const fs::path& dir) {
-  std::vector<std::string> out;
-  std::error_code error;  // no folder: nothing
-  for (const auto& entry : fs::directory_iterator(dir, error))
-    if (entry.path().extension() == ".svg" && !entry.is_directory())
-      out.push_back(entry.path().filename().string());
-  return out;
-}
 
 /// The last files of an earlier run go only once the folder is known to be of this study.
 void take_away_last_files(const Kind& kind, const fs::path& out) {
@@ -91,12 +82,11 @@ void warn_of_failures(const StudyRecord& study) {
 
 void write_report(const StudyRun& run, const StudyReport& report) {
   if (run.figures) {
-    const fs::path folder = run.out / "figures";
-    begin_output(folder, drawings_in(folder), Writers::several);
-    for (const auto& [name, svg] : report.figures) write_text_file(folder / (name + ".svg"), svg);
+    std::vector<report::PageDrawing> drawings;
+    for (const auto& [name, svg] : report.figures) drawings.push_back({name, svg});
+    report::write_drawings(run.out / "figures", drawings);
     if (report.left_out > 0)
       warn(fmt::format("{} drawings could not be made; the page says why", report.left_out));
-    say(fmt::format("{} drawings: {}", report.figures.size(), folder.string()));
   }
   write_text_file(run.out / "report.html", report.html);
   say("page: " + (run.out / "report.html").string());

@@ -23,6 +23,7 @@ import tempfile
 import threading
 import time
 import unittest
+import zipfile
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class Python(unittest.TestCase):
         with open(cls.file, "w", encoding="utf-8") as file:
             file.write(small_twin(OPTIONS["source"]))
         program("render", cls.file, "--out", cls.dir + "/cli", "--samples", 4, "--sampler", "gauss", "--radiance")
-        program("measure", cls.file, "--captures", cls.dir + "/cli", "--out", cls.dir + "/cli-measured")
+        program("measure", cls.file, "--captures", cls.dir + "/cli", "--out", cls.dir + "/cli-measured", "--npz")
         cls.twin = fringetwin.Twin(cls.file)
         cls.rendered = cls.twin.render(samples=4, sampler="gauss")
 
@@ -116,13 +117,72 @@ class Python(unittest.TestCase):
         np.testing.assert_allclose([*fit["center_mm"], fit["radius_mm"]], [0, 0, 5, 1], atol=1e-9)  # converged to 1e-9
 
     def test_cosim_is_that_of_the_command_line(self):
-        program("cosim", self.file, "--out", self.dir + "/cli-cosim", "--samples", 1, "--sampler", "gauss")
+        program("cosim", self.file, "--out", self.dir + "/cli-cosim", "--samples", 1, "--sampler", "gauss", "--npz", "--figures")
         run = fringetwin.cosim(self.twin, self.dir + "/py-cosim", samples=1, sampler="gauss")
         there = fringetwin.read_result(self.dir + "/cli-cosim")
         self.assertEqual(of_the_result(run.result), of_the_result(there))
         self.assertTrue(os.path.isfile(run.report))
         again = program("diff", self.dir + "/cli-cosim", self.dir + "/py-cosim", code=None)
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
+        self.assertEqual(glob.glob(self.dir + "/py-cosim/**/*.npz", recursive=True), [])  # only where asked for
+        self.assert_arrays_are_those_of_the_files(self.dir + "/cli-cosim/measured_simulated")
+        self.assert_figures_are_those_of_the_page(self.dir + "/cli-cosim")
+
+    def test_figures_of_an_earlier_run_go(self):
+        out = self.dir + "/compared"
+        sides = ("--real", self.dir + "/cli", "--sim", self.dir + "/cli")
+        program("compare", self.file, *sides, "--out", out)
+        self.assertFalse(os.path.exists(out + "/figures"))  # only where asked for
+        os.mkdir(out + "/figures")
+        for name in ("older.svg", "notes.txt"):
+            with open(f"{out}/figures/{name}", "w", encoding="utf-8") as file:
+                file.write("of an earlier run")
+        program("compare", self.file, *sides, "--out", out, "--figures", "--npz")
+        self.assertTrue(os.path.exists(out + "/figures/notes.txt"))
+        os.remove(out + "/figures/notes.txt")
+        self.assert_figures_are_those_of_the_page(out)
+        self.assert_arrays_are_those_of_the_files(out + "/measured_real")
+
+    def assert_figures_are_those_of_the_page(self, run):
+        program("export", run, "--figures", "--out", run + "-exported")
+        names = sorted(os.path.basename(file) for file in glob.glob(run + "-exported/*.svg"))
+        self.assertGreater(len(names), 3)
+        self.assertEqual(sorted(os.listdir(run + "/figures")), names)
+        for name in names:
+            with open(f"{run}/figures/{name}", "rb") as ours, open(f"{run}-exported/{name}", "rb") as theirs:
+                self.assertEqual(ours.read(), theirs.read(), name)
+
+    def test_arrays_are_those_of_the_other_files(self):
+        self.assert_arrays_are_those_of_the_files(self.dir + "/cli-measured")
+        measured = fringetwin.measure(self.twin, self.dir + "/cli")
+        with np.load(self.dir + "/cli-measured/measured_right.npz", allow_pickle=False) as right:
+            np.testing.assert_array_equal(right["flags"], measured.decodes["right"].flags)
+            self.assertNotIn("p_world_mm", right.files)  # points are of the first camera's pixels
+        with np.load(self.dir + "/cli-measured/measured_left.npz", allow_pickle=False) as left:
+            for name in ("p_world_mm", "normal_world", "q_cam_px", "sigma_mm"):
+                np.testing.assert_array_equal(left[name], getattr(measured.points, name))
+
+    def assert_arrays_are_those_of_the_files(self, folder):
+        for camera in self.twin.cameras:
+            file = f"{folder}/measured_{camera}.npz"
+            with zipfile.ZipFile(file) as archive:
+                self.assertIsNone(archive.testzip())  # reads all by its checksums
+            with np.load(file, allow_pickle=False) as arrays:
+                exr = fringetwin.read_exr(f"{folder}/phase_{camera}.exr")
+                self.assertEqual(set(exr), set(arrays.files) & set(exr))
+                for name in exr:
+                    self.assertEqual(arrays[name].dtype, np.float32)
+                    np.testing.assert_array_equal(arrays[name], exr[name])
+                self.assertEqual((arrays["mask"].dtype, arrays["flags"].dtype), (np.dtype(bool), np.dtype(np.uint8)))
+                np.testing.assert_array_equal(arrays["mask"], arrays["flags"] == 0)
+                np.testing.assert_array_equal(arrays["mask"], np.isfinite(exr["column_px"]))
+                self.assertTrue(arrays["mask"].any() and not arrays["mask"].all())
+        points = fringetwin.read_points(folder + "/points.ply")
+        with np.load(f"{folder}/measured_{self.twin.cameras[0]}.npz", allow_pickle=False) as arrays:
+            np.testing.assert_array_equal(arrays["p_world_mm"], np.stack([points[a] for a in "xyz"], 1))
+            np.testing.assert_array_equal(arrays["normal_world"], np.stack([points["n" + a] for a in "xyz"], 1))
+            np.testing.assert_array_equal(arrays["q_cam_px"], np.stack([points["pixel_x"], points["pixel_y"]], 1))
+            np.testing.assert_array_equal(arrays["sigma_mm"], points["sigma_mm"])
 
     def test_settings_are_those_of_a_changed_file(self):
         changed = os.path.join(self.dir, "blurred.toml")
