@@ -67,6 +67,18 @@ TEST(Progress, SaysTheTimeLeftWhenAsked) {
   EXPECT_EQ(rough_time(12000.0), "3 h 20 min");
 }
 
+// 60 of 100 pieces were done by an earlier run: it goes on there.
+TEST(Progress, GoesOnBehindWhatWasDoneBefore) {
+  const std::string text = stderr_of([] {
+    Progress progress("study", 100, true, 60);
+    for (int i = 0; i < 40; ++i) progress.advance();
+  });
+  EXPECT_EQ(text,
+            "fringetwin: study 70 %, 0 s left\nfringetwin: study 80 %, 0 s left\n"
+            "fringetwin: study 90 %, 0 s left\nfringetwin: study 100 %\n");
+  EXPECT_EQ(stderr_of([] { Progress progress("study", 10, true, 11); }), "");
+}
+
 TEST(Progress, FewLargeStepsSkipLines) {
   const std::string text = stderr_of([] {
     Progress progress("task", 3);
