@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <sstream>
 
 #include "report/plot/page_drawings.hpp"
 #include "study/kind/check_study.hpp"
@@ -27,13 +28,20 @@ void take_away_last_files(const Kind& kind, const fs::path& out) {
   begin_output(out, files, Writers::several);
 }
 
+/// Says words of results: on stdout, unless that is for JSON alone.
+void tell(const StudyRun& run, const std::string& words) {
+  if (!run.json) return run.print(plain_lines(words));
+  std::istringstream lines(words);
+  for (std::string line; std::getline(lines, line);) say(line);
+}
+
 /// Shows what there is so far. A table that cannot be written is a warning: what was asked for is the end.
 void show_unfinished(const Kind& kind, const StudyStore& store, const StudyRun& run) {
   try {
     std::vector<StoredPoint> rows = store.rows(0);
     std::erase_if(rows, [](const StoredPoint& row) { return row.status == PointStatus::pending; });
     if (rows.empty()) return;
-    run.print(plain_lines(kind.tell_stopped(rows)));
+    tell(run, kind.tell_stopped(rows));
     write_text_file(run.out / kUnfinished, study_csv(rows));
     say("table so far: " + (run.out / kUnfinished).string());
   } catch (const UserError& fault) {
@@ -107,11 +115,13 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   const StudyRecord study{head, rows, identity, run.argv, run.version};
   const fs::path table = run.out / "study.csv", result = run.out / "result.json";
   write_text_file(table, study_csv(rows));
-  if (kind.has_result()) write_text_file(result, kind.write());
-  run.print(plain_lines(kind.tell(study, points.summary()) + traces_text(points.summary())));
+  const std::string json = kind.has_result() ? kind.write() : "";
+  if (kind.has_result()) write_text_file(result, json);
+  tell(run, kind.tell(study, points.summary()) + traces_text(points.summary()));
   warn_of_failures(study);
   say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
   write_report(run, kind.report(study));
+  if (run.json) run.print(kind.has_result() ? json : study_table_json(rows));
   return kind.verdict();
 }
 

@@ -18,6 +18,7 @@ struct StudyRun {
   std::string version;                            ///< of this program
   bool figures = false;                           ///< the report's drawings as files, too
   std::function<void(const std::string&)> print;  ///< takes what is said on stdout, in whole lines
+  bool json = false;  ///< stdout is the result as JSON and nothing else: words go to stderr
 };
 
 /// Returns the exit code. A study that was run before goes on where it stopped. Throws UserError; Cancelled

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
@@ -38,9 +40,10 @@ class QuickEngine final : public Engine {
 /// Adds up the ids of four points.
 class SumKind final : public Kind {
  public:
-  explicit SumKind(const StudyHead& head) : head_(head) {
+  SumKind(const StudyHead& head, bool has_result) : head_(head), has_result_(has_result) {
     for (std::int64_t id = 0; id < 4; ++id) points_.push_back({id, {}, 1});
   }
+  bool has_result() const override { return has_result_; }
   PointSequence plan() override { return points_; }
   PointTask task() const override { return {head_.twin, {}}; }
   void run(KeptPoints& points) override {
@@ -60,6 +63,7 @@ class SumKind final : public Kind {
 
  private:
   const StudyHead& head_;
+  bool has_result_;
   std::vector<StudyPoint> points_;
   double sum_ = 0.0;
 };
@@ -72,16 +76,16 @@ class RunStudyTest : public ::testing::Test {
     head_.twin = folder_ / "twin.toml";
   }
   /// Runs it with a Kind of its own, as a command does; what is said on stdout is in said_.
-  ExitCode run(bool figures = false) {
-    SumKind kind(head_);
+  ExitCode run(bool figures = false, bool json = false) {
+    SumKind kind(head_, has_result_);
     said_.clear();
-    return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, [&](const std::string& text) {
-                                     said_ += text;
-                                   }});
+    const auto print = [&](const std::string& text) { said_ += text; };
+    return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, print, json});
   }
   std::filesystem::path folder_ = scratch_folder("run_study");
   StudyHead head_;
   QuickEngine engine_;
+  bool has_result_ = true;
   std::string said_;
 };
 
@@ -111,6 +115,28 @@ TEST_F(RunStudyTest, GoesOnWhereItStopped) {
   run();
   EXPECT_THAT(said_, HasSubstr("1 point\n"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/unfinished.csv"));
+}
+
+TEST_F(RunStudyTest, JsonIsAllThatIsOnStdout) {
+  ::testing::internal::CaptureStderr();
+  run(false, true);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("4 points\n")) << "words go there";
+  EXPECT_EQ(said_, read_file(folder_ / "out/result.json"));
+  engine_.most = 1;
+  std::filesystem::remove(folder_ / "out/study.db");
+  EXPECT_THROW(run(false, true), Cancelled);
+  EXPECT_EQ(said_, "") << "half a result is none";
+}
+
+TEST_F(RunStudyTest, JsonOfAKindWithoutAResultIsItsTable) {
+  has_result_ = false;
+  run(false, true);
+  const auto table = nlohmann::json::parse(said_);
+  EXPECT_EQ(table["schema"], "fringetwin-study-table/1");
+  ASSERT_EQ(table["points"].size(), 4U);
+  EXPECT_EQ(table["points"][3],
+            nlohmann::json::parse(R"({"id": 3, "settings": {}, "noise_seed": 1, "status": "done",
+                                                          "reason": "", "results": {"id": 3.0}})"));
 }
 
 TEST_F(RunStudyTest, WithoutAMeasuredPointItIsNoSuccess) {
