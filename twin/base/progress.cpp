@@ -18,7 +18,7 @@ namespace {
 
 std::atomic<int> cancel_request{0};
 static_assert(std::atomic<int>::is_always_lock_free, "written by a signal handler");
-std::atomic<bool> quiet_mode{false};
+std::atomic<bool> quiet_mode{false}, verbose_mode{false};
 /// Keeps lines of different threads whole; also guards `bar_open`.
 std::mutex stderr_mutex;
 bool bar_open = false;
@@ -169,5 +169,11 @@ void say(const std::string& line) {
 void warn(const std::string& line) { print_line("fringetwin: warning: ", line); }
 
 void set_quiet(bool quiet) { quiet_mode.store(quiet); }
+
+void say_more(const std::string& line) {
+  if (verbose_mode.load()) say(line);
+}
+
+void set_verbose(bool verbose) { verbose_mode.store(verbose); }
 
 }  // namespace fringetwin

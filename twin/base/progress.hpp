@@ -73,5 +73,8 @@ class EndsOnCancel : NotCopyable {
 void say(const std::string& line);
 void warn(const std::string& line);
 void set_quiet(bool quiet);
+/// As say(), of what only who asks for it wants to know: muted unless set_verbose(true).
+void say_more(const std::string& line);
+void set_verbose(bool verbose);
 
 }  // namespace fringetwin

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::progress_test {
 namespace {
@@ -135,6 +136,17 @@ TEST(Progress, QuietMutesAllButWarnings) {
   EXPECT_EQ(text, "fringetwin: warning: mind the gap\n");
   EXPECT_EQ(stderr_of([] { say("hello"); }), "fringetwin: hello\n");
   EXPECT_EQ(stderr_of([] { warn("a\x1b[2Jb\nc"); }), "fringetwin: warning: a?[2Jb c\n");
+}
+
+TEST(Progress, MoreIsSaidOnlyWhereItIsAskedFor) {
+  EXPECT_EQ(stderr_of([] { say_more("hello"); }), "");
+  set_verbose(true);
+  EXPECT_EQ(stderr_of([] { say_more("hello"); }), "fringetwin: hello\n");
+  StageTimer timer;
+  EXPECT_EQ(stderr_of([&] { timer.start("measure"); }), "fringetwin: stage measure\n");
+  EXPECT_THAT(stderr_of([&] { timer.stop(); }),
+              ::testing::MatchesRegex("fringetwin: stage measure took 0\\.[0-9]+ s\n"));
+  set_verbose(false);
 }
 
 // Each in a process of its own: a cancelled program stays cancelled.
