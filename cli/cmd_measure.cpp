@@ -75,10 +75,12 @@ void add_measure(CLI::App& app, Invocation& invocation) {
       ->type_name("DIR")
       ->required();
   begin_group(*sub, kOutput);
-  sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
+  sub->add_option("--out", options->out,
+                  "Folder for report.html, points.ply, phase_<camera>.exr, result.json")
       ->type_name("DIR")
       ->required();
   add_npz_flag(*sub, options->extra);
+  add_figures_flag(*sub, options->extra);
   add_json_flag(*sub, options->json, "result.json");
   begin_group(*sub, "Uncertainty");
   sub->add_flag("--method-bias", options->method_bias,

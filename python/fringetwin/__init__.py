@@ -61,7 +61,7 @@ class Measurement:
         self.timing_s = core.timing_s
 
     def write(self, out: PathLike) -> Run:
-        """Writes points.ply, phase_CAM.exr and result.json as `fringetwin measure --out` does."""
+        """Writes points.ply, phase_CAM.exr, report.html and result.json as `fringetwin measure --out` does."""
         self._core._write(out)
         return Run(out)
 

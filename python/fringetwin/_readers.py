@@ -61,7 +61,7 @@ class Run:
 
     @property
     def report(self) -> str:
-        """Path of report.html, which `cosim` writes."""
+        """Path of report.html."""
         return os.path.join(self.path, "report.html")
 
     def file(self, *parts: str) -> str:
