@@ -26,7 +26,8 @@ class MeasurementPage : public ::testing::Test {
     testing::SidesTruth truth;
     truth.cameras = 2;
     sides_ = testing::make_sides(truth);
-    sides_.twin.projector.emplace();
+    sides_.twin.projector =
+        Projector{.lens = sides_.twin.cameras[0].lens, .T_proj_world = {}, .response = {}};
     std::filesystem::create_directories(dir_ / "set");
   }
   void TearDown() override { std::filesystem::remove_all(dir_); }

@@ -8,6 +8,7 @@
 
 #include "report/plot/page_drawings.hpp"
 #include "study/kind/check_study.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
@@ -20,10 +21,12 @@ namespace {
 constexpr std::size_t kMostReasons = 5;
 /// The table of a study that was stopped: study.csv is there only of one that is finished.
 constexpr const char* kUnfinished = "unfinished.csv";
+/// Its page, where it was asked for.
+constexpr const char* kUnfinishedPage = "unfinished.html";
 
 /// The last files of an earlier run go only once the folder is known to be of this study.
 void take_away_last_files(const Kind& kind, const fs::path& out) {
-  std::vector<std::string> files = {"report.html", "study.csv", kUnfinished};
+  std::vector<std::string> files = {"report.html", "study.csv", kUnfinished, kUnfinishedPage};
   if (kind.has_result()) files.emplace_back("result.json");
   begin_output(out, files, Writers::several);
 }
@@ -35,15 +38,26 @@ void tell(const StudyRun& run, const std::string& words) {
   for (std::string line; std::getline(lines, line);) say(line);
 }
 
+std::vector<StoredPoint> rows_so_far(const StudyStore& store) {
+  std::vector<StoredPoint> rows = store.rows(0);
+  std::erase_if(rows, [](const StoredPoint& row) { return row.status == PointStatus::pending; });
+  return rows;
+}
+
+/// Says what the rows say, and writes them as a table.
+void write_so_far(const Kind& kind, const std::vector<StoredPoint>& rows, const StudyRun& run) {
+  tell(run, kind.tell_stopped(rows));
+  write_text_file(run.out / kUnfinished, study_csv(rows));
+  say("table so far: " + (run.out / kUnfinished).string());
+}
+
 /// Shows what there is so far. A table that cannot be written is a warning: what was asked for is the end.
 void show_unfinished(const Kind& kind, const StudyStore& store, const StudyRun& run) {
   try {
-    std::vector<StoredPoint> rows = store.rows(0);
-    std::erase_if(rows, [](const StoredPoint& row) { return row.status == PointStatus::pending; });
+    const std::vector<StoredPoint> rows = rows_so_far(store);
     if (rows.empty()) return;
-    tell(run, kind.tell_stopped(rows));
-    write_text_file(run.out / kUnfinished, study_csv(rows));
-    say("table so far: " + (run.out / kUnfinished).string());
+    write_so_far(kind, rows, run);
+    say("the same command with --so-far shows it again, with a page where the kind of study has one");
   } catch (const UserError& fault) {
     warn(fault.what());
   }
@@ -123,6 +137,24 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   write_report(run, kind.report(study));
   if (run.json) run.print(kind.has_result() ? json : study_table_json(rows));
   return kind.verdict();
+}
+
+ExitCode show_study_so_far(Kind& kind, const StudyHead& head, const StudyRun& run) {
+  const fs::path database = run.out / "study.db";
+  if (!fs::exists(database))
+    throw UserError(ExitCode::usage, run.out.string(), "holds no study.db, so there is nothing to show",
+                    "run the study first, without --so-far");
+  const StudyIdentity identity = check_study(head, kind.plan());
+  const StudyStore store(database, identity, run.version);
+  const std::vector<StoredPoint> rows = rows_so_far(store);
+  write_so_far(kind, rows, run);
+  const StudyRecord study{head, rows, identity, run.argv, run.version};
+  if (const std::optional<StudyReport> page = kind.report_so_far(study)) {
+    write_text_file(run.out / kUnfinishedPage, page->html);
+    say("page so far: " + (run.out / kUnfinishedPage).string());
+  }
+  if (run.json) run.print(study_table_json(rows));
+  return ExitCode::ok;
 }
 
 }  // namespace fringetwin::study

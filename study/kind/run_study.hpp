@@ -25,4 +25,9 @@ struct StudyRun {
 /// after Ctrl-C, with what is finished in the store.
 ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run);
 
+/// Runs nothing: says what the points say that have finished, and writes them as unfinished.csv and, of kinds
+/// that have such a page, unfinished.html. The study may be running meanwhile. Throws UserError(usage) where
+/// there is no such study; Cancelled.
+ExitCode show_study_so_far(Kind& kind, const StudyHead& head, const StudyRun& run);
+
 }  // namespace fringetwin::study

@@ -59,6 +59,9 @@ class SumKind final : public Kind {
   std::string tell_stopped(const std::vector<StoredPoint>& rows) const override {
     return points_text(rows.size()) + " so far\n";
   }
+  std::optional<StudyReport> report_so_far(const StudyRecord& study) const override {
+    return StudyReport{std::to_string(study.rows.size()) + " rows so far", {}};
+  }
   ExitCode verdict() const override { return ExitCode::no_convergence; }
 
  private:
@@ -81,6 +84,12 @@ class RunStudyTest : public ::testing::Test {
     said_.clear();
     const auto print = [&](const std::string& text) { said_ += text; };
     return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, print, json});
+  }
+  ExitCode show_so_far(bool json = false) {
+    SumKind kind(head_, has_result_);
+    said_.clear();
+    const auto print = [&](const std::string& text) { said_ += text; };
+    return show_study_so_far(kind, head_, {folder_ / "out", engine_, {}, "1", false, print, json});
   }
   std::filesystem::path folder_ = scratch_folder("run_study");
   StudyHead head_;
@@ -115,6 +124,26 @@ TEST_F(RunStudyTest, GoesOnWhereItStopped) {
   run();
   EXPECT_THAT(said_, HasSubstr("1 point\n"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/unfinished.csv"));
+}
+
+TEST_F(RunStudyTest, ShowsAStoppedOneWithoutRunningAnything) {
+  EXPECT_THROW(show_so_far(), UserError) << "no study there";
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  engine_.most = 3;
+  EXPECT_THROW(run(), Cancelled);
+  std::filesystem::remove(folder_ / "out/unfinished.csv");
+  engine_.most = 0;  // would stop at once
+  EXPECT_EQ(show_so_far(), ExitCode::ok);
+  EXPECT_EQ(said_, "3 points so far\n");
+  EXPECT_THAT(read_file(folder_ / "out/unfinished.csv"), HasSubstr("\r\n2,1,done,,2\r\n"));
+  EXPECT_EQ(read_file(folder_ / "out/unfinished.html"), "3 rows so far");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  show_so_far(true);
+  EXPECT_EQ(nlohmann::json::parse(said_)["points"].size(), 3U);
+  engine_.most = 1000;
+  run();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/unfinished.html")) << "of a study that is finished";
+  EXPECT_THAT(read_file(folder_ / "out/study.csv"), HasSubstr("\r\n3,1,done,,3\r\n"));
 }
 
 TEST_F(RunStudyTest, JsonIsAllThatIsOnStdout) {

@@ -84,6 +84,21 @@ TEST_F(MonteCarloCommand, GoesOnWithMoreTrials) {
   EXPECT_THAT(fewer.err, HasSubstr("most_trials is 9, and the study has more trials already"));
 }
 
+// What has finished is shown as a page with its drawings; here all has, but no result is asked for.
+TEST_F(MonteCarloCommand, ShowsWhatThereIsSoFar) {
+  run("a");
+  std::filesystem::remove(folder_ / "a" / "report.html");
+  const RunResult shown = run_fringetwin(
+      {"study", (folder_ / "study.toml").string(), "--out", (folder_ / "a").string(), "--so-far"});
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("study \"ball\", stopped: 1"));
+  EXPECT_THAT(shown.out, HasSubstr("z_mm "));
+  const std::string page = read_file(folder_ / "a" / "unfinished.html");
+  EXPECT_THAT(page, HasSubstr("<svg"));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("id=\"sensitivity\"")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a" / "report.html"));
+}
+
 TEST_F(MonteCarloCommand, NamesACalibrationThatIsNotThere) {
   write_file(folder_ / "twin.toml", small_twin());
   const RunResult refused = run("a");

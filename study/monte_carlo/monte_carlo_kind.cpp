@@ -101,6 +101,14 @@ class MonteCarloKind final : public Kind {
     return out;
   }
 
+  std::optional<StudyReport> report_so_far(const StudyRecord& study) const override {
+    const MonteCarloResult so_far = monte_carlo_so_far(plan_, study.rows);
+    if (so_far.numbers.empty()) return std::nullopt;
+    MonteCarloPlan trials_alone = plan_;
+    trials_alone.sensitivity_rows = 0;  // they come last
+    return monte_carlo_report(study, trials_alone, so_far);
+  }
+
   std::string write() const override { return monte_carlo_json(plan_, result_); }
   StudyReport report(const StudyRecord& study) const override {
     return monte_carlo_report(study, plan_, result_);
