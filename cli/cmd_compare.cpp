@@ -2,6 +2,7 @@
 // compare: measure two capture sets and compare them.
 
 #include "cli/commands.hpp"
+#include "cli/extra_file_flags.hpp"
 #include "cli/option_groups.hpp"
 #include "cli/tell/json_output.hpp"
 #include "cli/tell/tell_comparison.hpp"
@@ -15,14 +16,16 @@ namespace {
 
 struct CompareCommand {
   std::string twin, real, sim, out;
+  cosim::ExtraFiles extra;
   bool json = false;
 };
 
 int run_compare(const CompareCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   cosim::Run run = cosim::measure_both({o.twin, o.real, o.sim});
-  const int code = tell_comparison(
-      o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
+  const cosim::Origin origin{invocation.argv, version_string()};
+  const int code =
+      tell_comparison(o.out, run, cosim::compare_and_write(o.out, run, origin, o.extra), invocation.argv);
   print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
   return code;
 }
@@ -40,6 +43,8 @@ void add_compare(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", options->out, "Folder for result.json, report.html and the maps")
       ->type_name("DIR")
       ->required();
+  add_npz_flag(*sub, options->extra);
+  add_figures_flag(*sub, options->extra);
   add_json_flag(*sub, options->json, "result.json");
   run_when_chosen(*sub, invocation, options, run_compare);
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/extra_file_flags.hpp"
 #include "cli/option_groups.hpp"
 #include "cli/render_flags.hpp"
 #include "cli/tell/json_output.hpp"
@@ -22,6 +23,7 @@ namespace {
 struct CosimCommand {
   std::string twin, out, into;
   cosim::CosimRequest request;
+  cosim::ExtraFiles extra;
   bool radiance = false, json = false;
 };
 
@@ -38,8 +40,9 @@ int run_cosim(CosimCommand& o, const Invocation& invocation) {
                   run.simulated.images.size() * run.simulated.images.front().images.size(),
                   run.timer.seconds["render"], run.timer.seconds["measure_simulated"], run.rendering.device));
   cosim::write_simulated_side(o.out, run, o.radiance);
-  const int code = tell_comparison(
-      o.out, run, cosim::compare_and_write(o.out, run, {invocation.argv, version_string()}), invocation.argv);
+  const cosim::Origin origin{invocation.argv, version_string()};
+  const int code =
+      tell_comparison(o.out, run, cosim::compare_and_write(o.out, run, origin, o.extra), invocation.argv);
   if (!o.into.empty()) cosim::put_refined_into_twin(o.out, run, o.into);
   print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
   return code;
@@ -56,6 +59,8 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
                   "Folder for result.json, report.html, maps and the simulated capture set")
       ->type_name("DIR");
   sub->add_flag("--radiance", options->radiance, "Also write float32 EXR images (E before the sensor)");
+  add_npz_flag(*sub, options->extra);
+  add_figures_flag(*sub, options->extra);
   add_json_flag(*sub, options->json, "result.json");
   begin_group(*sub, kComparison);
   sub->add_option("--steps", options->request.steps, "Compare every second phase step only")

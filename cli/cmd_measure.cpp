@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/extra_file_flags.hpp"
 #include "cli/option_groups.hpp"
 #include "cli/tell/json_output.hpp"
 #include "cli/tell/tell_comparison.hpp"
@@ -21,6 +22,7 @@ struct MeasureCommand {
   std::string twin;
   std::string captures;
   std::string out;
+  cosim::ExtraFiles extra;
   bool method_bias = false, json = false;
 };
 
@@ -33,7 +35,8 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   const cosim::Captures captures = cosim::load_captures(twin, o.captures);
   const measure::Measurement measurement =
       cosim::measure_captures(twin, captures.cameras, o.method_bias, timer);
-  cosim::write_measured(o.out, twin, measurement, captures.files, {invocation.argv, version_string()}, timer);
+  cosim::write_measured(o.out, twin, measurement, captures.files, {invocation.argv, version_string()}, timer,
+                        o.extra);
 
   for (const auto& warning : measurement.warnings) warn(warning);
   std::vector<compare::LightRow> light;
@@ -72,9 +75,12 @@ void add_measure(CLI::App& app, Invocation& invocation) {
       ->type_name("DIR")
       ->required();
   begin_group(*sub, kOutput);
-  sub->add_option("--out", options->out, "Folder for points.ply, phase_<camera>.exr, result.json")
+  sub->add_option("--out", options->out,
+                  "Folder for report.html, points.ply, phase_<camera>.exr, result.json")
       ->type_name("DIR")
       ->required();
+  add_npz_flag(*sub, options->extra);
+  add_figures_flag(*sub, options->extra);
   add_json_flag(*sub, options->json, "result.json");
   begin_group(*sub, "Uncertainty");
   sub->add_flag("--method-bias", options->method_bias,

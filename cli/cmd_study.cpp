@@ -8,6 +8,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
+#include "cli/tell/json_output.hpp"
 #include "study/engine/local_engine.hpp"
 #include "study/engine/worker.hpp"
 #include "study/kind/run_study.hpp"
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 
 struct StudyCommand {
   std::string study, out, engine = "local", device;
-  bool figures = false;
+  bool figures = false, json = false, so_far = false;
   int jobs = 0;
   // of --engine slurm
   int shards = 0;
@@ -71,8 +72,11 @@ int run_study(const StudyCommand& o, const Invocation& invocation) {
   const auto engine = make_engine(o);
   const study::StudyRun run{o.out,           *engine,
                             invocation.argv, version_string(),
-                            o.figures,       [](const std::string& text) { fmt::print("{}", text); }};
-  return static_cast<int>(study::run_study(*study::kind_of(file), file.head, run));
+                            o.figures,       [](const std::string& text) { fmt::print("{}", text); },
+                            o.json};
+  const auto kind = study::kind_of(file);
+  return static_cast<int>(o.so_far ? study::show_study_so_far(*kind, file.head, run)
+                                   : study::run_study(*kind, file.head, run));
 }
 
 }  // namespace
@@ -88,6 +92,9 @@ void add_study(CLI::App& app, Invocation& invocation) {
       ->type_name("DIR")
       ->required();
   sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
+  sub->add_flag("--so-far", o->so_far,
+                "Run nothing: show what has finished (unfinished.csv; of Monte Carlo also unfinished.html)");
+  add_json_flag(*sub, o->json, "result.json (of a design: the table of its points)");
   begin_group(*sub, kComputing);
   sub->add_option("--engine", o->engine,
                   "local: this machine; slurm: job arrays of a cluster (docs/CLUSTER.md)")

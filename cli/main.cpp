@@ -166,6 +166,11 @@ int main(int argc, char** argv) {
   bool quiet = false;
   app.add_flag("-q,--quiet", quiet, "No narration on stderr (warnings and errors stay)")
       ->group(fringetwin::cli::kCommonOptions);
+  bool verbose = false;
+  app.add_flag("-v,--verbose", verbose,
+               "Say on stderr, too, which stage begins, how long it took, which files are written")
+      ->excludes("--quiet")
+      ->group(fringetwin::cli::kCommonOptions);
   double limits = 1.0;
   app.add_option("--limits", limits,
                  "Factor on every limit of what is read from files (docs/FORMATS.md, \"Limits\"); for files "
@@ -195,6 +200,7 @@ int main(int argc, char** argv) {
     invocation.run = [fault = argument_fault(app, {argv + 1, argv + argc}, e)]() -> int { throw fault; };
   }
   fringetwin::set_quiet(quiet);
+  fringetwin::set_verbose(verbose);
   if (limits > 1.0) fringetwin::raise_file_limits(limits);  // not where it is "nan"
   return run(invocation);
 }

@@ -15,14 +15,18 @@ namespace {
 constexpr const char* kTwinsElse1e4 = "what the twin says, else 1e-4";
 
 /// CLI11's own Range prints its bounds with six decimals: 1e-8 as 0.000000.
-CLI::Validator in_range(double min, double max) {
+/// `words`: how the range is told.
+CLI::Validator in_range(double min, double max, const std::string& words) {
   return CLI::Validator(
-      [min, max](const std::string& text) -> std::string {
+      [min, max, words](const std::string& text) -> std::string {
         double value = 0.0;
         if (!CLI::detail::lexical_cast(text, value)) return fmt::format("must be a number, is \"{}\"", text);
-        return value >= min && value <= max ? "" : fmt::format("must be {} ... {}, is {}", min, max, text);
+        return value >= min && value <= max ? "" : fmt::format("must be {}, is {}", words, text);
       },
-      fmt::format("{} ... {}", min, max));
+      words);
+}
+CLI::Validator in_range(double min, double max) {
+  return in_range(min, max, fmt::format("{} ... {}", min, max));
 }
 
 }  // namespace
@@ -48,7 +52,7 @@ void add_render_flags(CLI::App& sub, cosim::RenderRequest& request) {
       ->default_str(kTwinsElse1e4);
   sub.add_option("--seed", request.seed, "Seed of noise and random samplers")
       ->type_name("N")
-      ->check(in_range(0.0, 18446744073709551615.0))
+      ->check(in_range(0.0, 18446744073709551615.0, "0 ... 2^64 - 1"))
       ->capture_default_str();
   begin_group(sub, kComputing);
   sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"")

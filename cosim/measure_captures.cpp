@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/measure_captures.hpp"
 
+#include "compare/geometry/deviation_cloud.hpp"
+#include "compare/page/measurement_page.hpp"
 #include "compare/result/result_json.hpp"
 #include "cosim/load.hpp"
 #include "cosim/simulate.hpp"
@@ -9,6 +11,16 @@
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::cosim {
+namespace {
+
+/// Returns the folder whose capture.toml is among the files; empty without one.
+std::filesystem::path captures_among(const std::vector<std::filesystem::path>& files) {
+  for (const std::filesystem::path& file : files)
+    if (file.filename() == "capture.toml") return file.parent_path();
+  return {};
+}
+
+}  // namespace
 
 bool measuring_renders(const Twin& twin, bool method_bias) {
   const bool renders = method_bias || twin.measure.correct_pixel_area;
@@ -35,13 +47,19 @@ measure::Measurement measure_captures(const Twin& twin, const std::vector<Camera
 void write_measured(const std::filesystem::path& dir, const Twin& twin,
                     const measure::Measurement& measurement,
                     const std::vector<std::filesystem::path>& capture_files, const Origin& origin,
-                    StageTimer& timer) {
+                    StageTimer& timer, const ExtraFiles& extra) {
   timer.start("write");
-  begin_output(dir, {"result.json"});
+  begin_output(dir, {"result.json", "report.html"});
   measure::write_measurement(dir, measurement);
-  timer.stop();
+  compare::write_deviation_clouds(dir, measurement, {&measurement});
+  write_npz_if_asked(dir, measurement, extra);
+  timer.start("report");
   timer.seconds.insert(measurement.timing_s.begin(), measurement.timing_s.end());
   const compare::Provenance provenance = make_provenance(origin, twin, capture_files);
+  compare::write_measurement_page(dir, twin, measurement, captures_among(capture_files), provenance,
+                                  timer.seconds);
+  write_figures_if_asked(dir, extra);
+  timer.stop();
   write_text_file(dir / "result.json",
                   compare::measurement_json(twin, measurement, provenance, timer.seconds));
 }

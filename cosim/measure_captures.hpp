@@ -21,11 +21,12 @@ bool measuring_renders(const Twin& twin, bool method_bias);
 measure::Measurement measure_captures(const Twin& twin, const std::vector<CameraImages>& images,
                                       bool method_bias, StageTimer& timer);
 
-/// Writes DIR/points.ply, DIR/phase_<camera>.exr and, last, DIR/result.json. `capture_files`: what was read
-/// besides the twin's own files.
+/// Writes DIR/points.ply, DIR/deviation_<object>.ply, DIR/phase_<camera>.exr, DIR/report.html with its maps
+/// and, last, DIR/result.json.
+/// `capture_files`: what was read besides the twin's own files; `extra`: what is asked for besides.
 void write_measured(const std::filesystem::path& dir, const Twin& twin,
                     const measure::Measurement& measurement,
                     const std::vector<std::filesystem::path>& capture_files, const Origin& origin,
-                    StageTimer& timer);
+                    StageTimer& timer, const ExtraFiles& extra = {});
 
 }  // namespace fringetwin::cosim

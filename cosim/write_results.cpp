@@ -6,9 +6,11 @@
 #include <map>
 
 #include "compare/comparison.hpp"
+#include "compare/geometry/deviation_cloud.hpp"
 #include "compare/page/report_page.hpp"
 #include "compare/result/result_json.hpp"
 #include "measure/measurement.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
@@ -65,6 +67,20 @@ void write_textures(const std::filesystem::path& dir, const Twin& twin,
   }
 }
 
+/// Writes what was measured on each side, both coloured alike.
+void write_measured_sides(const std::filesystem::path& dir, const Run& run, const ExtraFiles& extra) {
+  std::vector<std::pair<const char*, const measure::Measurement*>> sides;
+  if (run.simulated.measurement) sides.emplace_back("measured_simulated", &*run.simulated.measurement);
+  if (run.real.measurement) sides.emplace_back("measured_real", &*run.real.measurement);
+  std::vector<const measure::Measurement*> all;
+  for (const auto& side : sides) all.push_back(side.second);
+  for (const auto& [name, measurement] : sides) {
+    measure::write_measurement(dir / name, *measurement);
+    compare::write_deviation_clouds(dir / name, *measurement, all);
+    write_npz_if_asked(dir / name, *measurement, extra);
+  }
+}
+
 }  // namespace
 
 compare::Provenance make_provenance(const Origin& origin, const Twin& twin,
@@ -106,21 +122,21 @@ void write_simulated_side(const std::filesystem::path& dir, Run& run, bool radia
   run.timer.stop();
 }
 
-compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin) {
+compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin,
+                                      const ExtraFiles& extra) {
   run.timer.start("compare");
   throw_if_cancelled();
   compare::Comparison comparison = compare::compare(run.twin, run.real, run.simulated, run.options);
   run.timer.start("write");
   throw_if_cancelled();
   begin_output(dir, {"result.json", "report.html"});
-  if (run.simulated.measurement)
-    measure::write_measurement(dir / "measured_simulated", *run.simulated.measurement);
-  if (run.real.measurement) measure::write_measurement(dir / "measured_real", *run.real.measurement);
+  write_measured_sides(dir, run, extra);
   run.timer.start("report");
   throw_if_cancelled();
   const compare::Provenance provenance = make_provenance(origin, run.twin, run.capture_files, run.rendering);
   compare::write_report(dir, run.twin, run.real, run.simulated, comparison, run.options, provenance,
                         run.timer.seconds);
+  write_figures_if_asked(dir, extra);
   run.timer.stop();
   throw_if_cancelled();
   write_text_file(dir / "result.json",

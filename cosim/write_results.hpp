@@ -7,6 +7,7 @@
 
 #include "compare/result/provenance.hpp"
 #include "compare/result/rows.hpp"
+#include "cosim/extra_files.hpp"
 #include "cosim/run.hpp"
 
 namespace fringetwin::cosim {
@@ -35,7 +36,8 @@ void write_simulated(const std::filesystem::path& dir, const Twin& twin,
 void write_simulated_side(const std::filesystem::path& dir, Run& run, bool radiance);
 
 /// Compares the two sides of a run, and writes their measurements, the report with its maps and, last,
-/// result.json. Throws Cancelled.
-compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin);
+/// result.json; before it what `extra` asks for. Throws Cancelled.
+compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run, const Origin& origin,
+                                      const ExtraFiles& extra = {});
 
 }  // namespace fringetwin::cosim

@@ -12,6 +12,7 @@
 #include "measure/decode/unwrap.hpp"
 #include "measure/fit/method_bias.hpp"
 #include "measure/noise_free_coordinates.hpp"
+#include "measure/points/points_ply.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
@@ -244,7 +245,8 @@ void write_measurement(const std::filesystem::path& dir, const Measurement& meas
     write_phase_exr(dir, camera);
   }
   throw_if_cancelled();
-  write_points_ply(dir / "points.ply", measurement.cloud);
+  write_points_ply(dir / "points.ply", measurement.cloud,
+                   measurement.cameras.empty() ? nullptr : &measurement.cameras.front());
 }
 
 }  // namespace fringetwin::measure

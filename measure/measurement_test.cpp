@@ -10,13 +10,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "tests/support/measure/measure_rig.hpp"
+#include "tests/support/measure/read_ply.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::measure::measurement_test {
@@ -173,23 +170,29 @@ TEST(Measurement, FilesAreWritten) {
   write_measurement(dir / "nested", m);  // the folder may exist
   EXPECT_TRUE(std::filesystem::exists(dir / "nested/phase_left.exr"));
   EXPECT_TRUE(std::filesystem::exists(dir / "nested/phase_right.exr"));
-  std::ifstream in(dir / "nested/points.ply", std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  const std::string ply = text.str();
-  const std::size_t end = ply.find("end_header\n") + 11;
-  const std::string header = ply.substr(0, end);
-  EXPECT_EQ(header.rfind("ply\nformat binary_little_endian 1.0\n", 0), 0u);
-  EXPECT_NE(header.find("element vertex " + std::to_string(m.cloud.size()) + "\n"), std::string::npos);
-  ASSERT_EQ(ply.size() - end, m.cloud.size() * 48);
-  const std::size_t k = m.cloud.size() / 2;
-  double p[3];
-  float rest[6];
-  std::memcpy(p, ply.data() + end + 48 * k, sizeof p);
-  std::memcpy(rest, ply.data() + end + 48 * k + 24, sizeof rest);
-  EXPECT_EQ(Eigen::Vector3d(p[0], p[1], p[2]), m.cloud.p_world_mm[k]);
-  EXPECT_EQ(Eigen::Vector2f(rest[3], rest[4]), m.cloud.q_cam_px[k]);
-  EXPECT_EQ(rest[5], m.cloud.sigma_mm[k]);
+  const testing::PlyPoints ply = testing::read_ply_points(dir / "nested/points.ply");
+  // What docs/formats/results.md says of the file; CloudCompare shows what begins with scalar_.
+  EXPECT_EQ(ply.names,
+            (std::vector<std::string>{"x", "y", "z", "nx", "ny", "nz", "scalar_sigma_mm", "scalar_pixel_x",
+                                      "scalar_pixel_y", "scalar_column_px", "scalar_amplitude_dn",
+                                      "scalar_mean_dn", "scalar_sigma_rad"}));
+  EXPECT_EQ(ply.type.at("z"), "double");
+  EXPECT_EQ(ply.type.at("scalar_column_px"), "float");
+  ASSERT_EQ(ply.n, m.cloud.size());
+  EXPECT_TRUE(ply.complete);
+  const DirectionDecode& decode = m.cameras[0].directions[0];
+  for (const std::size_t k : {std::size_t{0}, m.cloud.size() / 2, m.cloud.size() - 1}) {
+    const auto at = [&](const char* name) { return ply.values.at(name)[k]; };
+    EXPECT_EQ(Eigen::Vector3d(at("x"), at("y"), at("z")), m.cloud.p_world_mm[k]);
+    EXPECT_EQ(at("nz"), m.cloud.normal_world[k].z());
+    EXPECT_EQ(at("scalar_sigma_mm"), m.cloud.sigma_mm[k]);
+    EXPECT_EQ(at("scalar_pixel_x"), m.cloud.q_cam_px[k].x());
+    EXPECT_EQ(at("scalar_pixel_y"), m.cloud.q_cam_px[k].y());
+    const int u = static_cast<int>(at("scalar_pixel_x")), v = static_cast<int>(at("scalar_pixel_y"));
+    EXPECT_EQ(at("scalar_column_px"), static_cast<float>(decode.coordinate_px(u, v)));
+    EXPECT_EQ(at("scalar_amplitude_dn"), decode.amplitude_dn[decode.finest](u, v));
+    EXPECT_EQ(at("scalar_sigma_rad"), decode.sigma_rad(u, v));
+  }
   for (const auto& entry : std::filesystem::directory_iterator(dir / "nested"))
     EXPECT_TRUE(entry.path().extension() == ".exr" || entry.path().extension() == ".ply") << entry.path();
   std::filesystem::remove_all(dir);

@@ -35,10 +35,11 @@ std::shared_ptr<PyMeasurement> measure_set(const PyTwin& twin, const PyCaptures&
   });
 }
 
-void write(PyMeasurement& self, const std::filesystem::path& out) {
+void write(PyMeasurement& self, const std::filesystem::path& out, bool npz, bool figures) {
   long_call([&] {
     const FoldersOfCall folders;
-    cosim::write_measured(out, *self.twin, self.measurement, self.capture_files, self.origin, self.timer);
+    cosim::write_measured(out, *self.twin, self.measurement, self.capture_files, self.origin, self.timer,
+                          {.npz = npz, .figures = figures});
   });
 }
 
@@ -156,7 +157,8 @@ void bind_measure(py::module_& module) {
             return compare::measurement_json(*self.twin, self.measurement, {}, self.timer.seconds);
           },
           "Returns result.json without its provenance.")
-      .def("_write", &write, py::arg("out"), "Writes what `fringetwin measure --out` writes.");
+      .def("_write", &write, py::arg("out"), py::arg("npz") = false, py::arg("figures") = false,
+           "Writes what `fringetwin measure --out` writes.");
   module.def("measure", &measure_set, py::arg("twin"), py::arg("captures"), py::arg("method_bias") = false,
              "Measures Captures; see fringetwin.measure.");
   module.def("decode", &decode, py::arg("twin"), py::arg("images"),

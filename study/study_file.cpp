@@ -27,7 +27,10 @@ struct FileOfKind {
 constexpr FileOfKind kKinds[] = {
     {"design", design_keys, [](const TomlTable& root, StudyFile* study) { study->plan = read_design(root); }},
     {"monte-carlo", monte_carlo_keys,
-     [](const TomlTable& root, StudyFile* study) { study->plan = read_monte_carlo(root, study->head.twin); }},
+     [](const TomlTable& root, StudyFile* study) {
+       study->plan = read_monte_carlo(root, study->head.twin);
+       study->head.content.erase("most_trials");  // says when to stop: each trial is the same without it
+     }},
     {"volume-map", volume_map_keys,
      [](const TomlTable& root, StudyFile* study) {
        VolumeMapPlan plan = read_volume_map(root, study->head.twin);

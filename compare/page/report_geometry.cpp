@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "compare/geometry/deviation_cloud.hpp"
 #include "compare/page/report_parts.hpp"
 #include "report/cloud_canvas.hpp"
+#include "report/html_page.hpp"
 #include "report/map.hpp"
 #include "report/plot/plot.hpp"
 #include "report/text.hpp"
@@ -20,27 +22,13 @@ using report::MapStyle;
 using report::Plot;
 using report::Scale;
 
-/// One side of one fitted object, if it has deviations.
+/// One side of one fitted object that has deviations.
 struct Deviations {
-  const Measurement* measurement = nullptr;
-  const ObjectFit* fit = nullptr;
-  const char* side = "";
-  const char* color = "";
-  explicit operator bool() const { return fit != nullptr; }
+  const Measurement* measurement;
+  const ObjectFit* fit;
+  const char* side;
+  const char* color;
 };
-
-Deviations deviations(const std::optional<Measurement>& m, const std::string& object, const char* side,
-                      const char* color) {
-  Deviations d{nullptr, nullptr, side, color};
-  if (!m) return d;
-  for (const ObjectFit& fit : m->fits)
-    if (fit.object == object && fit.usable && !fit.deviation_mm.empty() &&
-        fit.deviation_mm.size() == fit.index.size()) {
-      d.measurement = &*m;
-      d.fit = &fit;
-    }
-  return d;
-}
 
 std::vector<float> in_um(const ObjectFit& fit) {
   std::vector<float> um(fit.deviation_mm.size());
@@ -71,10 +59,10 @@ std::string cloud_html(const Deviations& d, const MapStyle& style) {
                                    fmt::format("cloud-{}-{}", d.fit->object, d.side));
 }
 
-std::string side_maps(const ReportInput& in, const Deviations& d, const MapStyle& style) {
-  const Lens& lens = in.twin.cameras.front().lens;
+std::string side_maps(const std::filesystem::path& dir, const Lens& lens, const Deviations& d,
+                      const MapStyle& style) {
   const ImageF image = deviation_image(d, lens.width(), lens.height());
-  report::write_map_png(in.dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
+  report::write_map_png(dir / fmt::format("deviation_{}_{}.png", d.fit->object, d.side), image, style);
   return "<div class=\"maps\">" +
          titled_map(std::string(d.side) + ": camera view",
                     report::map_html(crop(image, data_window(finite_mask(image))), style)) +
@@ -93,42 +81,50 @@ Plot deviation_histogram(const std::vector<Deviations>& sides, const report::Map
 }
 
 report::MapLimits common_limits(const std::vector<Deviations>& sides, double percent) {
-  double largest = 1e-6;
-  for (const Deviations& d : sides) {
-    ImageF all(static_cast<int>(d.fit->deviation_mm.size()), 1);
-    all.data = in_um(*d.fit);
-    largest = std::max(largest, report::symmetric_limits(all, percent).high);
-  }
-  return {-largest, largest};
+  std::vector<const ObjectFit*> fits;
+  for (const Deviations& d : sides) fits.push_back(d.fit);
+  const double span_um = deviation_span_um(fits, percent);
+  return {-span_um, span_um};
 }
 
 }  // namespace
 
-std::string geometry_figures_html(const ReportInput& in) {
-  std::string html;
-  for (const FitRow& row : in.comparison.fits) {
-    std::vector<Deviations> sides;
-    for (const Deviations& d :
-         {deviations(in.simulated.measurement, row.object, "simulated", report::color::kSimulated),
-          deviations(in.real.measurement, row.object, "real", report::color::kReal)})
-      if (d) sides.push_back(d);
-    if (sides.empty()) continue;
-    MapStyle style{
-        .scale = Scale::diverging, .limits = common_limits(sides, 99.0), .unit = "µm", .title = "deviation"};
-    std::string maps, n;
-    for (const Deviations& d : sides) {
-      maps += side_maps(in, d, style);
-      n += fmt::format("{}{} n = {}", n.empty() ? "" : ", ", d.side, report::count(d.fit->index.size()));
-    }
-    const std::string plot = report::plots_or_sentences(
-        {deviation_histogram(sides, common_limits(sides, 99.8))}, "dev-" + row.object)[0];
-    html += "<h3>" + report::escape_html(row.object) + "</h3>\n";
-    html += figure_html(in, maps,
-                        fmt::format("{}: signed distance of the measured points from the fitted {}, positive "
-                                    "outside; {}. Colours span the 99th percentile of |deviation|.",
-                                    row.object, row.kind, n));
-    html += figure_html(in, plot, fmt::format("{}: signed histogram of the deviation ({}).", row.object, n));
+std::string deviation_html(const std::filesystem::path& dir, const Twin& twin, const std::string& command,
+                           const std::string& object, const std::vector<MeasuredSide>& measured) {
+  std::vector<Deviations> sides;
+  for (const MeasuredSide& side : measured)
+    if (const ObjectFit* fit = fit_with_deviations(*side.measurement, object))
+      sides.push_back({side.measurement, fit, side.name, side.color});
+  if (sides.empty()) return "";
+  const MapStyle style{.scale = Scale::diverging,
+                       .limits = common_limits(sides, kDeviationPercent),
+                       .unit = "µm",
+                       .title = "deviation"};
+  std::string maps, n;
+  for (const Deviations& d : sides) {
+    maps += side_maps(dir, twin.cameras.front().lens, d, style);
+    n += fmt::format("{}{} n = {}", n.empty() ? "" : ", ", d.side, report::count(d.fit->index.size()));
   }
+  const std::string plot = report::plots_or_sentences(
+      {deviation_histogram(sides, common_limits(sides, 99.8))}, "dev-" + object)[0];
+  const auto figure = [&](const std::string& body, const std::string& caption) {
+    return report::figure_html(body, caption, "", command);
+  };
+  return "<h3>" + report::escape_html(object) + "</h3>\n" +
+         figure(maps, fmt::format("{}: signed distance of the measured points from the fitted {}, positive "
+                                  "outside; {}. Colours span the 99th percentile of |deviation|.",
+                                  object, sides.front().fit->kind, n)) +
+         figure(plot, fmt::format("{}: signed histogram of the deviation ({}).", object, n));
+}
+
+std::string geometry_figures_html(const ReportInput& in) {
+  std::vector<MeasuredSide> sides;
+  if (in.simulated.measurement)
+    sides.push_back({&*in.simulated.measurement, "simulated", report::color::kSimulated});
+  if (in.real.measurement) sides.push_back({&*in.real.measurement, "real", report::color::kReal});
+  std::string html;
+  for (const FitRow& row : in.comparison.fits)
+    html += deviation_html(in.dir, in.twin, in.command, row.object, sides);
   return html;
 }
 

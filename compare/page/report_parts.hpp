@@ -52,6 +52,17 @@ std::string explained_html(const Comparison& c);
 std::string causes_html(const Comparison& c);
 std::string refinement_html(const Comparison& c);
 
+/// Returns name and unit of a key of a fit: "center_mm" -> "center", "mm".
+std::pair<std::string, std::string> name_and_unit(const std::string& key);
+/// Returns a number of a fit (component < 0), or a component of a vector, with its standard error: "1.23 ±
+/// 0.01".
+std::string fit_value_text(const std::optional<measure::ObjectFit>& fit, const std::string& key,
+                           int component);
+/// Return the keys that any of the fits has, standard errors and directions left out; of the numbers counts,
+/// too, and sizes come before the residual.
+std::vector<std::string> vector_keys(const std::vector<const measure::ObjectFit*>& fits);
+std::vector<std::string> number_keys(const std::vector<const measure::ObjectFit*>& fits);
+
 /// Returns "5 076 of 5 317": points used, of those within the gate.
 std::string points_text(const std::optional<measure::ObjectFit>& fit);
 
@@ -63,6 +74,18 @@ std::string gray_figures_html(const ReportInput& in);
 std::string held_out_figures_html(const ReportInput& in);
 std::string phase_figures_html(const ReportInput& in);
 std::string geometry_figures_html(const ReportInput& in);
+
+/// One measurement of a fitted object, as the page names it.
+struct MeasuredSide {
+  const measure::Measurement* measurement;
+  const char* name;   ///< "simulated"
+  const char* color;  ///< of its histogram
+};
+/// Returns map and points of each side, coloured by the deviation from the fitted surface, and the histogram
+/// of all; empty without deviations. Writes the maps as DIR/deviation_<object>_<name>.png. `command`: as
+/// typed.
+std::string deviation_html(const std::filesystem::path& dir, const Twin& twin, const std::string& command,
+                           const std::string& object, const std::vector<MeasuredSide>& sides);
 // report_noise.cpp, report_shift.cpp
 std::string noise_html(const ReportInput& in);
 std::string shift_html(const ReportInput& in);

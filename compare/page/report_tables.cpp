@@ -44,16 +44,6 @@ std::string entry_text(const Entry& e, const std::string& unit) {
   return fixed(e.value, unit == "mm" ? 4 : 6);
 }
 
-/// Splits a key into name and unit: "center_mm" -> "center", "mm".
-std::pair<std::string, std::string> split_unit(const std::string& key) {
-  if (const Field* field = find_field(fit_fields(), key); field && field->column)
-    return {field->column->header, field->column->unit};
-  for (const char* unit : {"mm", "rad", "px", "dn"})
-    if (key.ends_with(std::string("_") + unit))
-      return {key.substr(0, key.size() - std::string(unit).size() - 1), unit};
-  return {key, ""};
-}
-
 /// Tenths of a micrometre are enough for a difference, unless it is smaller than one itself.
 std::string difference_text(double difference, const std::string& unit) {
   return signed_fixed(difference, unit == "mm" && std::abs(difference) >= 1e-3 ? 4 : 6);
@@ -61,7 +51,7 @@ std::string difference_text(double difference, const std::string& unit) {
 
 void add_fit_row(report::Table& table, const FitRow& row, const std::string& key, int component,
                  bool estimates) {
-  auto [name, unit] = split_unit(key);
+  auto [name, unit] = name_and_unit(key);
   if (component >= 0) name += fmt::format(" {}", "xyz"[component]);
   const Entry s = entry(row.simulated, key, component), r = entry(row.real, key, component);
   const double difference = s.value - r.value;
@@ -76,24 +66,22 @@ void add_fit_row(report::Table& table, const FitRow& row, const std::string& key
   table.add_row(std::move(cells));
 }
 
-/// Returns the keys that the fits of both sides have in `values`, sigmas and directions left out.
-template <class Values>
-std::vector<std::string> keys_of(const FitRow& row, Values ObjectFit::*values) {
-  std::vector<std::string> keys;
+/// Returns the fits of the sides that have one.
+std::vector<const ObjectFit*> fits_of(const FitRow& row) {
+  std::vector<const ObjectFit*> fits;
   for (const auto* fit : {&row.simulated, &row.real})
-    if (*fit)
-      for (const auto& [key, value] : (**fit).*values)
-        if (!is_sigma_key(key) && !is_direction_key(key) && std::ranges::find(keys, key) == keys.end())
-          keys.push_back(key);
-  return keys;
+    if (*fit) fits.push_back(&**fit);
+  return fits;
 }
 
-/// Returns the keys of the numbers, counts left out, sizes before the residual.
-std::vector<std::string> number_keys(const FitRow& row) {
-  std::vector<std::string> keys = keys_of(row, &ObjectFit::numbers);
-  std::erase_if(keys, is_count_key);
-  const auto is_rms = [](const std::string& key) { return key == "rms_mm" || key == "rms_all_mm"; };
-  if (std::erase_if(keys, is_rms) > 0) keys.insert(keys.end(), {"rms_mm", "rms_all_mm"});
+/// Returns the keys that the fits have in `values`, sigmas and directions left out.
+template <class Values>
+std::vector<std::string> keys_of(const std::vector<const ObjectFit*>& fits, Values ObjectFit::*values) {
+  std::vector<std::string> keys;
+  for (const ObjectFit* fit : fits)
+    for (const auto& [key, value] : fit->*values)
+      if (!is_sigma_key(key) && !is_direction_key(key) && std::ranges::find(keys, key) == keys.end())
+        keys.push_back(key);
   return keys;
 }
 
@@ -120,6 +108,31 @@ report::Table part_table(const std::string& caption, const report::Column& squar
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> name_and_unit(const std::string& key) {
+  if (const Field* field = find_field(fit_fields(), key); field && field->column)
+    return {field->column->header, field->column->unit};
+  for (const char* unit : {"mm", "rad", "px", "dn"})
+    if (key.ends_with(std::string("_") + unit))
+      return {key.substr(0, key.size() - std::string(unit).size() - 1), unit};
+  return {key, ""};
+}
+
+std::string fit_value_text(const std::optional<ObjectFit>& fit, const std::string& key, int component) {
+  return entry_text(entry(fit, key, component), name_and_unit(key).second);
+}
+
+std::vector<std::string> vector_keys(const std::vector<const ObjectFit*>& fits) {
+  return keys_of(fits, &ObjectFit::vectors);
+}
+
+std::vector<std::string> number_keys(const std::vector<const ObjectFit*>& fits) {
+  std::vector<std::string> keys = keys_of(fits, &ObjectFit::numbers);
+  std::erase_if(keys, is_count_key);
+  const auto is_rms = [](const std::string& key) { return key == "rms_mm" || key == "rms_all_mm"; };
+  if (std::erase_if(keys, is_rms) > 0) keys.insert(keys.end(), {"rms_mm", "rms_all_mm"});
+  return keys;
+}
 
 std::string points_text(const std::optional<ObjectFit>& fit) {
   if (!fit) return "–";
@@ -161,13 +174,13 @@ std::string fits_html(const ReportInput& in) {
   if (estimates) table.columns.push_back({"z (σ of the real side estimated from its rms)"});
   for (const FitRow& row : in.comparison.fits) {
     table.add_row({fmt::format("{} ({})", row.object, row.kind)}, "group");
-    for (const std::string& key : keys_of(row, &ObjectFit::vectors))
+    for (const std::string& key : vector_keys(fits_of(row)))
       for (int i = 0; i < 3; ++i) add_fit_row(table, row, key, i, estimates);
-    for (const std::string& key : number_keys(row)) add_fit_row(table, row, key, -1, estimates);
+    for (const std::string& key : number_keys(fits_of(row))) add_fit_row(table, row, key, -1, estimates);
     for (const char* key : {"offset_mm", "tilt_rad_0", "tilt_rad_1", "angle_rad", "axis_distance_mm",
                             "axis_rad_0", "axis_rad_1", "axis_shift_mm_0", "axis_shift_mm_1"})
       if (const double* difference = find_value(row.difference, key)) {
-        const auto [name, unit] = split_unit(key);
+        const auto [name, unit] = name_and_unit(key);
         table.add_row({name, unit, "", "", difference_text(*difference, unit),
                        signed_fixed(value_or(row.z, key, kNaN), 1)});
       }

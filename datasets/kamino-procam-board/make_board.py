@@ -22,7 +22,8 @@ def read_points(path):
     raw = open(path, "rb").read()
     end = raw.index(b"end_header\n") + 11
     properties = [line.split()[1:] for line in raw[:end].decode().splitlines() if line.startswith("property")]
-    return np.frombuffer(raw, [(name, "<f8" if kind == "double" else "<f4") for kind, name in properties], offset=end)
+    return np.frombuffer(raw, [(name.removeprefix("scalar_"), "<f8" if kind == "double" else "<f4")
+                               for kind, name in properties], offset=end)
 
 
 def fit_around(x, y, inverse_depth):

@@ -3,7 +3,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
-#include <filesystem>
 #include <vector>
 
 #include "measure/decode/decode.hpp"
@@ -55,9 +54,5 @@ PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const Cam
 
 /// Estimates normals by local plane fits over the source-pixel grid.
 void estimate_normals(PointCloud& cloud, int width_px, int height_px, const Eigen::Vector3d& viewer_mm);
-
-/// Writes a binary PLY: x y z (double), nx ny nz, pixel_x pixel_y, sigma_mm (float), to a temporary name that
-/// is then renamed.
-void write_points_ply(const std::filesystem::path& file, const PointCloud& cloud);
 
 }  // namespace fringetwin::measure

@@ -60,9 +60,12 @@ class Measurement:
         self.warnings = core.warnings
         self.timing_s = core.timing_s
 
-    def write(self, out: PathLike) -> Run:
-        """Writes points.ply, phase_CAM.exr and result.json as `fringetwin measure --out` does."""
-        self._core._write(out)
+    def write(self, out: PathLike, *, npz: bool = False, figures: bool = False) -> Run:
+        """Writes points.ply, phase_CAM.exr, report.html and result.json as `fringetwin measure --out` does.
+
+        npz: also measured_CAM.npz; figures: also the plots of the page, figures/NAME.svg.
+        """
+        self._core._write(out, npz, figures)
         return Run(out)
 
 
@@ -84,14 +87,14 @@ def measure(twin: Twin, captures: Union[PathLike, Captures, Mapping[str, Sequenc
 
 
 def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] = (), steps: str = "",
-          hold_out: int = 0, hold_out_by: str = "", radiance: bool = False, samples: Optional[int] = None, sampler: Optional[str] = None,
-          phase_error_rad: Optional[float] = None, gray_error: Optional[float] = None, seed: int = 0,
-          device: str = "") -> Run:
+          hold_out: int = 0, hold_out_by: str = "", radiance: bool = False, npz: bool = False, figures: bool = False,
+          samples: Optional[int] = None, sampler: Optional[str] = None, phase_error_rad: Optional[float] = None,
+          gray_error: Optional[float] = None, seed: int = 0, device: str = "") -> Run:
     """Does the main job: renders, measures both sides, compares and writes `out` as `fringetwin cosim` does.
 
     The options are those of the command line. Returns the folder with the content of its result.json.
     """
     _cosim(twin if isinstance(twin, Twin) else Twin(twin), out, refine=list(refine), steps=steps, hold_out=hold_out,
-           hold_out_by=hold_out_by, radiance=radiance, samples=samples, sampler=sampler, phase_error_rad=phase_error_rad, gray_error=gray_error, seed=seed,
-           device=device)
+           hold_out_by=hold_out_by, radiance=radiance, npz=npz, figures=figures, samples=samples, sampler=sampler,
+           phase_error_rad=phase_error_rad, gray_error=gray_error, seed=seed, device=device)
     return Run(out)

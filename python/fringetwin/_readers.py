@@ -61,7 +61,7 @@ class Run:
 
     @property
     def report(self) -> str:
-        """Path of report.html, which `cosim` writes."""
+        """Path of report.html."""
         return os.path.join(self.path, "report.html")
 
     def file(self, *parts: str) -> str:
@@ -85,10 +85,12 @@ _PLY_TYPES = {"double": "<f8", "float": "<f4", "float64": "<f8", "float32": "<f4
 
 @_reader("a points.ply")
 def read_points(path: PathLike) -> np.ndarray:
-    """Returns the points of a points.ply as a structured array.
+    """Returns the points of a points.ply, or of a deviation_OBJECT.ply, as a structured array.
 
-    Fields: x, y, z (mm, world frame, float64); nx, ny, nz (unit normal), pixel_x, pixel_y (px, first camera),
-    sigma_mm (mm), all float32. pandas.DataFrame() takes it as it is.
+    Fields: x, y, z (mm, world frame, float64); nx, ny, nz (unit normal), sigma_mm (mm), pixel_x, pixel_y (px, first
+    camera), column_px, row_px (px, projector), amplitude_dn, mean_dn (DN), sigma_rad (rad) or deviation_mm (mm), all
+    float32; red, green, blue (uint8): those that the file has. Names are without the "scalar_" that the file writes for
+    CloudCompare. pandas.DataFrame() takes it as it is.
     """
     with open(path, "rb") as file:
         if file.readline().strip() != b"ply" or file.readline().split()[1:2] != [b"binary_little_endian"]:
@@ -105,7 +107,7 @@ def read_points(path: PathLike) -> np.ndarray:
             if words[:2] == ["element", "vertex"]:
                 n = int(words[2])
             elif words[:1] == ["property"]:
-                fields.append((words[2], _PLY_TYPES[words[1]]))
+                fields.append((words[2].removeprefix("scalar_"), _PLY_TYPES[words[1]]))
     raise ValueError("its header has no end")
 
 

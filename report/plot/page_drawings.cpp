@@ -7,6 +7,9 @@
 #include <cctype>
 
 #include "report/plot/plot.hpp"
+#include "twin/base/out_folder.hpp"
+#include "twin/base/progress.hpp"
+#include "twin/image/image_io.hpp"
 
 namespace fringetwin::report {
 namespace {
@@ -22,6 +25,16 @@ std::string name_of(std::string_view svg) {
   std::ranges::replace_if(
       name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-'; }, '_');
   return name;
+}
+
+/// Returns the names of the drawings in a folder, which may not exist.
+std::vector<std::string> drawings_in(const std::filesystem::path& folder) {
+  std::vector<std::string> out;
+  std::error_code error;  // no folder: nothing
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    if (entry.path().extension() == ".svg" && !entry.is_directory())
+      out.push_back(entry.path().filename().string());
+  return out;
 }
 
 }  // namespace
@@ -40,6 +53,12 @@ std::vector<PageDrawing> drawings_of_page(std::string_view html) {
     drawings.push_back({name, standalone_svg(std::string(svg))});
   }
   return drawings;
+}
+
+void write_drawings(const std::filesystem::path& folder, const std::vector<PageDrawing>& drawings) {
+  begin_output(folder, drawings_in(folder), Writers::several);
+  for (const PageDrawing& drawing : drawings) write_text_file(folder / (drawing.name + ".svg"), drawing.svg);
+  say(fmt::format("{} drawings: {}", drawings.size(), folder.string()));
 }
 
 }  // namespace fringetwin::report

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the drawings in a page that this program wrote.
 #pragma once
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,5 +15,8 @@ struct PageDrawing {
 
 /// Returns the plots of a page (HTML) in their order; none of a page of others.
 std::vector<PageDrawing> drawings_of_page(std::string_view html);
+
+/// Writes the drawings as files of a folder, which may exist; drawings (.svg) of an earlier run go first.
+void write_drawings(const std::filesystem::path& folder, const std::vector<PageDrawing>& drawings);
 
 }  // namespace fringetwin::report

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <set>
 
 namespace fringetwin::report::page_drawings_test {
 namespace {
@@ -32,6 +36,20 @@ TEST(PageDrawings, OfNoPageAreNone) {
   EXPECT_TRUE(drawings_of_page("").empty());
   EXPECT_TRUE(drawings_of_page("<svg role=\"img\" aria-label=\"map\"></svg>").empty());
   EXPECT_TRUE(drawings_of_page(drawing("cut").substr(0, 40)).empty());
+}
+
+TEST(PageDrawings, FilesOfAnEarlierRunGo) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("fringetwin_drawings_" + std::to_string(::getpid()));
+  write_drawings(folder, {{"a", "<svg>1</svg>"}, {"b", "<svg>2</svg>"}});
+  std::filesystem::rename(folder / "b.svg", folder / "notes.txt");  // not ours
+  write_drawings(folder, {{"c", "<svg>3</svg>"}});
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
+  EXPECT_EQ(names, (std::set<std::string>{"c.svg", "notes.txt"}));
+  EXPECT_EQ(std::filesystem::file_size(folder / "c.svg"), 12U);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -94,9 +94,10 @@ struct Worker {
 class LocalRun {
  public:
   LocalRun(const PointTask& task, const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done,
-           const LocalOptions& options, IdleWorkers& idle,
+           const LocalOptions& options, const Outlook& outlook, IdleWorkers& idle,
            const std::function<void(const PointOutcome&)>& finished)
       : options_(options),
+        outlook_(outlook),
         task_(task_line(task, options.device)),
         idle_(idle),
         finished_(finished),
@@ -112,7 +113,8 @@ class LocalRun {
     // Points side by side use the cores better than the threads of one point do.
     const int threads = std::max(1, cores / jobs);
     environment_ = {fmt::format("OMP_NUM_THREADS={}", threads), fmt::format("LP_NUM_THREADS={}", threads)};
-    Progress progress("study", queue_.size(), true);
+    Progress progress("study", std::max(outlook_.in_all, outlook_.finished + queue_.size()), true,
+                      outlook_.finished);
     progress_ = &progress;
     workers_.resize(static_cast<std::size_t>(jobs));
     for (Worker& w : workers_) start(w);
@@ -228,6 +230,7 @@ class LocalRun {
   }
 
   const LocalOptions& options_;
+  const Outlook outlook_;
   std::string task_;
   IdleWorkers& idle_;
   const std::function<void(const PointOutcome&)>& finished_;
@@ -249,7 +252,7 @@ LocalEngine::~LocalEngine() = default;
 EngineSummary LocalEngine::run(const PointTask& task, const std::vector<PlannedPoint>& plan,
                                const std::set<std::int64_t>& done,
                                const std::function<void(const PointOutcome&)>& finished) {
-  return LocalRun(task, plan, done, options_, *idle_, finished).run();
+  return LocalRun(task, plan, done, options_, outlook_, *idle_, finished).run();
 }
 
 }  // namespace fringetwin::study

@@ -31,14 +31,19 @@ void KeptPoints::run(const Planned& planned) {
                            [&](const PointOutcome& outcome) { store_.record({outcome}); }));
 }
 
-std::vector<PointOutcome> KeptPoints::run(const PointSequence& points) {
+std::vector<PointOutcome> KeptPoints::run(const PointSequence& points, const Outlook& outlook) {
   store_.add(points);
   std::vector<PointOutcome> outcomes = stored(store_, points);
   if (outcomes.size() == points.size()) return outcomes;
   std::set<std::int64_t> done;
   for (const PointOutcome& outcome : outcomes) done.insert(outcome.id);
+  engine_.expect({outlook.finished + done.size(), outlook.in_all});
   run(Planned{plan_traces(task_.twin, points), std::move(done)});
   return stored(store_, points);
+}
+
+bool KeptPoints::has_any(std::int64_t first_id, std::int64_t last_id) const {
+  return !store_.rows(first_id, last_id).empty();
 }
 
 }  // namespace fringetwin::study

@@ -2,6 +2,7 @@
 // Runs the points of a study that have not been run yet: points go in, an engine simulates and measures those
 // whose outcomes the study's store lacks, and the outcomes are stored as they come.
 #pragma once
+#include <cstdint>
 #include <set>
 #include <vector>
 
@@ -28,8 +29,11 @@ class KeptPoints {
   void run(const Planned& planned);
 
   /// Plans the points, runs those that the store has not finished, and returns the outcomes of all of them,
-  /// which are the same after any interruption. Throws as the engine does.
-  std::vector<PointOutcome> run(const PointSequence& points);
+  /// which are the same after any interruption. `outlook`: how far the study is. Throws as the engine does.
+  std::vector<PointOutcome> run(const PointSequence& points, const Outlook& outlook = {});
+
+  /// Returns whether the store has points of these ids, both included.
+  bool has_any(std::int64_t first_id, std::int64_t last_id) const;
 
   /// Returns the counts of all that was run here.
   const EngineSummary& summary() const { return summary_; }

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <sstream>
 
+#include "report/plot/page_drawings.hpp"
 #include "study/kind/check_study.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
@@ -18,33 +21,43 @@ namespace {
 constexpr std::size_t kMostReasons = 5;
 /// The table of a study that was stopped: study.csv is there only of one that is finished.
 constexpr const char* kUnfinished = "unfinished.csv";
-
-/// Returns the names of the drawings in a folder, which may not exist.
-std::vector<std::string> drawings_in(const fs::path& dir) {
-  std::vector<std::string> out;
-  std::error_code error;  // no folder: nothing
-  for (const auto& entry : fs::directory_iterator(dir, error))
-    if (entry.path().extension() == ".svg" && !entry.is_directory())
-      out.push_back(entry.path().filename().string());
-  return out;
-}
+/// Its page, where it was asked for.
+constexpr const char* kUnfinishedPage = "unfinished.html";
 
 /// The last files of an earlier run go only once the folder is known to be of this study.
 void take_away_last_files(const Kind& kind, const fs::path& out) {
-  std::vector<std::string> files = {"report.html", "study.csv", kUnfinished};
+  std::vector<std::string> files = {"report.html", "study.csv", kUnfinished, kUnfinishedPage};
   if (kind.has_result()) files.emplace_back("result.json");
   begin_output(out, files, Writers::several);
+}
+
+/// Says words of results: on stdout, unless that is for JSON alone.
+void tell(const StudyRun& run, const std::string& words) {
+  if (!run.json) return run.print(plain_lines(words));
+  std::istringstream lines(words);
+  for (std::string line; std::getline(lines, line);) say(line);
+}
+
+std::vector<StoredPoint> rows_so_far(const StudyStore& store) {
+  std::vector<StoredPoint> rows = store.rows(0);
+  std::erase_if(rows, [](const StoredPoint& row) { return row.status == PointStatus::pending; });
+  return rows;
+}
+
+/// Says what the rows say, and writes them as a table.
+void write_so_far(const Kind& kind, const std::vector<StoredPoint>& rows, const StudyRun& run) {
+  tell(run, kind.tell_stopped(rows));
+  write_text_file(run.out / kUnfinished, study_csv(rows));
+  say("table so far: " + (run.out / kUnfinished).string());
 }
 
 /// Shows what there is so far. A table that cannot be written is a warning: what was asked for is the end.
 void show_unfinished(const Kind& kind, const StudyStore& store, const StudyRun& run) {
   try {
-    std::vector<StoredPoint> rows = store.rows(0);
-    std::erase_if(rows, [](const StoredPoint& row) { return row.status == PointStatus::pending; });
+    const std::vector<StoredPoint> rows = rows_so_far(store);
     if (rows.empty()) return;
-    run.print(plain_lines(kind.tell_stopped(rows)));
-    write_text_file(run.out / kUnfinished, study_csv(rows));
-    say("table so far: " + (run.out / kUnfinished).string());
+    write_so_far(kind, rows, run);
+    say("the same command with --so-far shows it again, with a page where the kind of study has one");
   } catch (const UserError& fault) {
     warn(fault.what());
   }
@@ -91,12 +104,11 @@ void warn_of_failures(const StudyRecord& study) {
 
 void write_report(const StudyRun& run, const StudyReport& report) {
   if (run.figures) {
-    const fs::path folder = run.out / "figures";
-    begin_output(folder, drawings_in(folder), Writers::several);
-    for (const auto& [name, svg] : report.figures) write_text_file(folder / (name + ".svg"), svg);
+    std::vector<report::PageDrawing> drawings;
+    for (const auto& [name, svg] : report.figures) drawings.push_back({name, svg});
+    report::write_drawings(run.out / "figures", drawings);
     if (report.left_out > 0)
       warn(fmt::format("{} drawings could not be made; the page says why", report.left_out));
-    say(fmt::format("{} drawings: {}", report.figures.size(), folder.string()));
   }
   write_text_file(run.out / "report.html", report.html);
   say("page: " + (run.out / "report.html").string());
@@ -117,12 +129,32 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   const StudyRecord study{head, rows, identity, run.argv, run.version};
   const fs::path table = run.out / "study.csv", result = run.out / "result.json";
   write_text_file(table, study_csv(rows));
-  if (kind.has_result()) write_text_file(result, kind.write());
-  run.print(plain_lines(kind.tell(study, points.summary()) + traces_text(points.summary())));
+  const std::string json = kind.has_result() ? kind.write() : "";
+  if (kind.has_result()) write_text_file(result, json);
+  tell(run, kind.tell(study, points.summary()) + traces_text(points.summary()));
   warn_of_failures(study);
   say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
   write_report(run, kind.report(study));
+  if (run.json) run.print(kind.has_result() ? json : study_table_json(rows));
   return kind.verdict();
+}
+
+ExitCode show_study_so_far(Kind& kind, const StudyHead& head, const StudyRun& run) {
+  const fs::path database = run.out / "study.db";
+  if (!fs::exists(database))
+    throw UserError(ExitCode::usage, run.out.string(), "holds no study.db, so there is nothing to show",
+                    "run the study first, without --so-far");
+  const StudyIdentity identity = check_study(head, kind.plan());
+  const StudyStore store(database, identity, run.version);
+  const std::vector<StoredPoint> rows = rows_so_far(store);
+  write_so_far(kind, rows, run);
+  const StudyRecord study{head, rows, identity, run.argv, run.version};
+  if (const std::optional<StudyReport> page = kind.report_so_far(study)) {
+    write_text_file(run.out / kUnfinishedPage, page->html);
+    say("page so far: " + (run.out / kUnfinishedPage).string());
+  }
+  if (run.json) run.print(study_table_json(rows));
+  return ExitCode::ok;
 }
 
 }  // namespace fringetwin::study

@@ -18,10 +18,16 @@ struct StudyRun {
   std::string version;                            ///< of this program
   bool figures = false;                           ///< the report's drawings as files, too
   std::function<void(const std::string&)> print;  ///< takes what is said on stdout, in whole lines
+  bool json = false;  ///< stdout is the result as JSON and nothing else: words go to stderr
 };
 
 /// Returns the exit code. A study that was run before goes on where it stopped. Throws UserError; Cancelled
 /// after Ctrl-C, with what is finished in the store.
 ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run);
+
+/// Runs nothing: says what the points say that have finished, and writes them as unfinished.csv and, of kinds
+/// that have such a page, unfinished.html. The study may be running meanwhile. Throws UserError(usage) where
+/// there is no such study; Cancelled.
+ExitCode show_study_so_far(Kind& kind, const StudyHead& head, const StudyRun& run);
 
 }  // namespace fringetwin::study

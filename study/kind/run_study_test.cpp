@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
@@ -38,9 +40,10 @@ class QuickEngine final : public Engine {
 /// Adds up the ids of four points.
 class SumKind final : public Kind {
  public:
-  explicit SumKind(const StudyHead& head) : head_(head) {
+  SumKind(const StudyHead& head, bool has_result) : head_(head), has_result_(has_result) {
     for (std::int64_t id = 0; id < 4; ++id) points_.push_back({id, {}, 1});
   }
+  bool has_result() const override { return has_result_; }
   PointSequence plan() override { return points_; }
   PointTask task() const override { return {head_.twin, {}}; }
   void run(KeptPoints& points) override {
@@ -56,10 +59,14 @@ class SumKind final : public Kind {
   std::string tell_stopped(const std::vector<StoredPoint>& rows) const override {
     return points_text(rows.size()) + " so far\n";
   }
+  std::optional<StudyReport> report_so_far(const StudyRecord& study) const override {
+    return StudyReport{std::to_string(study.rows.size()) + " rows so far", {}};
+  }
   ExitCode verdict() const override { return ExitCode::no_convergence; }
 
  private:
   const StudyHead& head_;
+  bool has_result_;
   std::vector<StudyPoint> points_;
   double sum_ = 0.0;
 };
@@ -72,16 +79,22 @@ class RunStudyTest : public ::testing::Test {
     head_.twin = folder_ / "twin.toml";
   }
   /// Runs it with a Kind of its own, as a command does; what is said on stdout is in said_.
-  ExitCode run(bool figures = false) {
-    SumKind kind(head_);
+  ExitCode run(bool figures = false, bool json = false) {
+    SumKind kind(head_, has_result_);
     said_.clear();
-    return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, [&](const std::string& text) {
-                                     said_ += text;
-                                   }});
+    const auto print = [&](const std::string& text) { said_ += text; };
+    return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, print, json});
+  }
+  ExitCode show_so_far(bool json = false) {
+    SumKind kind(head_, has_result_);
+    said_.clear();
+    const auto print = [&](const std::string& text) { said_ += text; };
+    return show_study_so_far(kind, head_, {folder_ / "out", engine_, {}, "1", false, print, json});
   }
   std::filesystem::path folder_ = scratch_folder("run_study");
   StudyHead head_;
   QuickEngine engine_;
+  bool has_result_ = true;
   std::string said_;
 };
 
@@ -111,6 +124,48 @@ TEST_F(RunStudyTest, GoesOnWhereItStopped) {
   run();
   EXPECT_THAT(said_, HasSubstr("1 point\n"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/unfinished.csv"));
+}
+
+TEST_F(RunStudyTest, ShowsAStoppedOneWithoutRunningAnything) {
+  EXPECT_THROW(show_so_far(), UserError) << "no study there";
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  engine_.most = 3;
+  EXPECT_THROW(run(), Cancelled);
+  std::filesystem::remove(folder_ / "out/unfinished.csv");
+  engine_.most = 0;  // would stop at once
+  EXPECT_EQ(show_so_far(), ExitCode::ok);
+  EXPECT_EQ(said_, "3 points so far\n");
+  EXPECT_THAT(read_file(folder_ / "out/unfinished.csv"), HasSubstr("\r\n2,1,done,,2\r\n"));
+  EXPECT_EQ(read_file(folder_ / "out/unfinished.html"), "3 rows so far");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
+  show_so_far(true);
+  EXPECT_EQ(nlohmann::json::parse(said_)["points"].size(), 3U);
+  engine_.most = 1000;
+  run();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/unfinished.html")) << "of a study that is finished";
+  EXPECT_THAT(read_file(folder_ / "out/study.csv"), HasSubstr("\r\n3,1,done,,3\r\n"));
+}
+
+TEST_F(RunStudyTest, JsonIsAllThatIsOnStdout) {
+  ::testing::internal::CaptureStderr();
+  run(false, true);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("4 points\n")) << "words go there";
+  EXPECT_EQ(said_, read_file(folder_ / "out/result.json"));
+  engine_.most = 1;
+  std::filesystem::remove(folder_ / "out/study.db");
+  EXPECT_THROW(run(false, true), Cancelled);
+  EXPECT_EQ(said_, "") << "half a result is none";
+}
+
+TEST_F(RunStudyTest, JsonOfAKindWithoutAResultIsItsTable) {
+  has_result_ = false;
+  run(false, true);
+  const auto table = nlohmann::json::parse(said_);
+  EXPECT_EQ(table["schema"], "fringetwin-study-table/1");
+  ASSERT_EQ(table["points"].size(), 4U);
+  EXPECT_EQ(table["points"][3],
+            nlohmann::json::parse(R"({"id": 3, "settings": {}, "noise_seed": 1, "status": "done",
+                                                          "reason": "", "results": {"id": 3.0}})"));
 }
 
 TEST_F(RunStudyTest, WithoutAMeasuredPointItIsNoSuccess) {

@@ -23,14 +23,15 @@ class MonteCarloCommand : public ::testing::Test {
     write_file(folder_ / "twin.toml", small_twin({{"gain_dn = 20", "gain_dn = 20\nread_noise_dn = 1"}},
                                                  "[uncertainty]\ncalibration = \"calibration.json\"\n"
                                                  "[render]\nsamples = 4\nsampler = \"gauss\"\n"));
-    write_study("most_trials = 15\n");
+    write_study("", 15);
   }
-  void write_study(const std::string& extra) const {
+  void write_study(const std::string& extra, int most_trials) const {
     write_file(
         folder_ / "study.toml",
         "schema = \"fringetwin-study/1\"\nname = \"ball\"\nkind = \"monte-carlo\"\ntwin = \"twin.toml\"\n"
-        "calibration = true\nblock_trials = 5\nleast_blocks = 2\nsensitivity_rows = 4\n" +
-            extra +
+        "calibration = true\nblock_trials = 5\nleast_blocks = 2\nsensitivity_rows = 4\n"
+        "most_trials = " +
+            std::to_string(most_trials) + "\n" + extra +
             "[[uncertain]]\nkey = \"object.ball.center_mm[2]\"\nname = \"depth\"\nsigma = 0.05\n"
             "[[record]]\nresult = \"fits.ball.measured.center_mm[2]\"\nname = \"z_mm\"\n");
   }
@@ -61,6 +62,41 @@ TEST_F(MonteCarloCommand, GivesUncertaintyAndRanking) {
   const RunResult other = run("b");
   EXPECT_EQ(read_file(folder_ / "a" / "result.json"), read_file(folder_ / "b" / "result.json"));
   EXPECT_EQ(read_file(folder_ / "a" / "study.csv"), read_file(folder_ / "b" / "study.csv"));
+}
+
+TEST_F(MonteCarloCommand, GoesOnWithMoreTrials) {
+  write_study("digits = 4\n", 5);  // 10 trials do not tell four digits
+  EXPECT_EQ(run("a").exit_code, 5);
+  write_study("digits = 4\n", 10);
+  const RunResult raised = run("a");
+  EXPECT_EQ(raised.exit_code, 5) << raised.err;
+  EXPECT_THAT(raised.out, HasSubstr("10 trials, 0 failed, 5 points in this run"));
+  EXPECT_THAT(raised.err, HasSubstr("trials 6 ... 10 of at most 10"));
+  EXPECT_THAT(raised.err, HasSubstr("study 60 %"));  // of 10 trials: what there was counts
+  EXPECT_THAT(raised.err, ::testing::Not(HasSubstr("study 20 %")));
+  EXPECT_THAT(raised.err, HasSubstr("not converged after 10 trials: raise most_trials"));
+  run("b");
+  EXPECT_EQ(read_file(folder_ / "a" / "result.json"), read_file(folder_ / "b" / "result.json"));
+  EXPECT_EQ(read_file(folder_ / "a" / "study.csv"), read_file(folder_ / "b" / "study.csv"));
+  write_study("digits = 4\n", 9);
+  const RunResult fewer = run("a");
+  EXPECT_EQ(fewer.exit_code, 2);
+  EXPECT_THAT(fewer.err, HasSubstr("most_trials is 9, and the study has more trials already"));
+}
+
+// What has finished is shown as a page with its drawings; here all has, but no result is asked for.
+TEST_F(MonteCarloCommand, ShowsWhatThereIsSoFar) {
+  run("a");
+  std::filesystem::remove(folder_ / "a" / "report.html");
+  const RunResult shown = run_fringetwin(
+      {"study", (folder_ / "study.toml").string(), "--out", (folder_ / "a").string(), "--so-far"});
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("study \"ball\", stopped: 1"));
+  EXPECT_THAT(shown.out, HasSubstr("z_mm "));
+  const std::string page = read_file(folder_ / "a" / "unfinished.html");
+  EXPECT_THAT(page, HasSubstr("<svg"));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("id=\"sensitivity\"")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a" / "report.html"));
 }
 
 TEST_F(MonteCarloCommand, NamesACalibrationThatIsNotThere) {

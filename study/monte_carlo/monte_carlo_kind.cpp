@@ -3,6 +3,8 @@
 // uncertainties are known well enough.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "study/monte_carlo/monte_carlo_study.hpp"
 #include "study/uncertain/uncertain_file.hpp"
 #include "twin/base/progress.hpp"
@@ -34,10 +36,17 @@ std::size_t rounded_up(std::size_t n) {
 std::string trials_text(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan,
                         std::optional<std::size_t> needed) {
   const std::int64_t first = batch.front().id, last = batch.back().id;
-  if (static_cast<std::size_t>(first) >= plan.most_trials)
-    return points_text(batch.size()) + " for the shares of the inputs";
+  if (first >= kFirstRowId) return points_text(batch.size()) + " for the shares of the inputs";
   return fmt::format("trials {} ... {} of at most {}{}", first + 1, last + 1, plan.most_trials,
                      needed ? fmt::format("; about {} will be needed", rounded_up(*needed)) : "");
+}
+
+/// Returns how far the trials are before these; the points of the Sobol indices are counted by themselves.
+Outlook outlook_of(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan,
+                   std::optional<std::size_t> needed) {
+  if (batch.front().id >= kFirstRowId) return {};
+  return {static_cast<std::size_t>(batch.front().id),
+          std::min(needed.value_or(plan.most_trials), plan.most_trials)};
 }
 
 class MonteCarloKind final : public Kind {
@@ -54,6 +63,11 @@ class MonteCarloKind final : public Kind {
   PointTask task() const override { return {head_.twin, head_.records, true, plan_.inputs.calibration > 0}; }
 
   void run(KeptPoints& kept) override {
+    if (kept.has_any(static_cast<std::int64_t>(plan_.most_trials), kFirstRowId - 1))
+      throw UserError(
+          ExitCode::usage, head_.file.string(),
+          fmt::format("most_trials is {}, and the study has more trials already", plan_.most_trials),
+          "give at least as many as before, or another --out");
     say(fmt::format("study \"{}\": blocks of {} trials, at most {}", head_.name,
                     plan_.rule.trials_per_block(), plan_.most_trials));
     std::optional<std::size_t> needed;
@@ -62,16 +76,16 @@ class MonteCarloKind final : public Kind {
         plan_,
         [&](const std::vector<StudyPoint>& batch) {
           say(trials_text(batch, plan_, needed));
-          return kept.run(batch);
+          return kept.run(batch, outlook_of(batch, plan_, needed));
         },
         [&](const MonteCarloResult& so_far) {
           needed = so_far.converged ? std::nullopt : trials_foreseen(so_far);
           if (is_warned || needed.value_or(0) <= plan_.most_trials) return;
           is_warned = true;
-          warn(
-              fmt::format("about {} trials will be needed, and most_trials is {}: ask for fewer digits, or "
-                          "give more in a study of its own (another --out)",
-                          rounded_up(*needed), plan_.most_trials));
+          warn(fmt::format(
+              "about {} trials will be needed, and most_trials is {}: raise it (the study goes on "
+              "with the trials that it has), or ask for fewer digits",
+              rounded_up(*needed), plan_.most_trials));
         });
   }
 
@@ -85,6 +99,14 @@ class MonteCarloKind final : public Kind {
     for (const auto& [name, number] : so_far.numbers)
       out += number_line(name, number, so_far, plan_.rule.coverage);
     return out;
+  }
+
+  std::optional<StudyReport> report_so_far(const StudyRecord& study) const override {
+    const MonteCarloResult so_far = monte_carlo_so_far(plan_, study.rows);
+    if (so_far.numbers.empty()) return std::nullopt;
+    MonteCarloPlan trials_alone = plan_;
+    trials_alone.sensitivity_rows = 0;  // they come last
+    return monte_carlo_report(study, trials_alone, so_far);
   }
 
   std::string write() const override { return monte_carlo_json(plan_, result_); }
@@ -101,7 +123,10 @@ class MonteCarloKind final : public Kind {
   }
   ExitCode verdict() const override {
     if (result_.converged) return ExitCode::ok;
-    warn(fmt::format("not converged after {} trials: give more most_trials or fewer digits", result_.trials));
+    warn(
+        fmt::format("not converged after {} trials: raise most_trials and run it again (it goes on from "
+                    "there), or ask for fewer digits",
+                    result_.trials));
     return ExitCode::no_convergence;
   }
 

@@ -49,7 +49,7 @@ InputDraw trial_draw(const MonteCarloPlan& plan, std::size_t trial) {
 
 /// Returns the id of a point of a row of the sensitivity: part 0 is the second sample, factors count from 1.
 std::int64_t row_id(const MonteCarloPlan& plan, std::size_t row, std::size_t part) {
-  return static_cast<std::int64_t>(plan.most_trials + row * (1 + plan.inputs.factors().size()) + part);
+  return kFirstRowId + static_cast<std::int64_t>(row * (1 + plan.inputs.factors().size()) + part);
 }
 
 std::vector<StudyPoint> row_points(const MonteCarloPlan& plan) {
@@ -121,8 +121,8 @@ MonteCarloResult monte_carlo_so_far(const MonteCarloPlan& plan, const std::vecto
   out.factors = plan.inputs.factors();
   std::size_t end = 0;  // behind the last trial that has finished
   for (const StoredPoint& row : rows) {
+    if (row.status == PointStatus::pending || row.point.id >= kFirstRowId) continue;
     const auto id = static_cast<std::size_t>(row.point.id);
-    if (row.status == PointStatus::pending || id >= plan.most_trials) continue;
     outcomes.add({row.outcome});
     end = std::max(end, id + 1);
     ++out.trials;

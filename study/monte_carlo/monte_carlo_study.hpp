@@ -17,11 +17,15 @@
 
 namespace fringetwin::study {
 
+/// Behind every possible trial, so that more trials may be asked for later.
+inline constexpr std::int64_t kFirstRowId = kMostPoints;
+
 struct MonteCarloPlan : UncertainSettings {
   AdaptiveRule rule;
   std::uint64_t seed = 1;
   std::size_t most_trials = 10'000;  ///< trials are ids 0 ... most_trials - 1
-  std::size_t sensitivity_rows = 0;  ///< 0: no indices; each row costs 1 + number of factors measurements
+  /// 0: no indices; each row costs 1 + number of factors measurements, whose ids begin at kFirstRowId.
+  std::size_t sensitivity_rows = 0;
 };
 
 struct MonteCarloNumber {

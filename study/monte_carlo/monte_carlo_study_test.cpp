@@ -95,6 +95,28 @@ TEST(MonteCarloStudy, PointsAreThoseOfThePlanWhateverRanBefore) {
   EXPECT_EQ(monte_carlo_json(p, again), monte_carlo_json(p, first));
 }
 
+// A study that has ended without convergence is given more trials: none of its points is another one then.
+TEST(MonteCarloStudy, MoreTrialsKeepThePointsThatThereAre) {
+  MonteCarloPlan p = plan();
+  p.sensitivity_rows = 20;
+  p.most_trials = 300;
+  std::map<std::int64_t, std::pair<Settings, std::uint64_t>> seen;
+  const auto keep = [&](const std::vector<StudyPoint>& points) {
+    for (const StudyPoint& point : points) {
+      const std::pair now(point.settings, static_cast<std::uint64_t>(point.seed));
+      EXPECT_EQ(seen.try_emplace(point.id, now).first->second, now) << point.id;
+    }
+    return run_all(points);
+  };
+  ASSERT_FALSE(run_monte_carlo(p, keep).converged);
+  const std::size_t before = seen.size();
+  EXPECT_EQ(before, 300U + 20U * 4U);
+  p.most_trials = 10'000;
+  const auto raised = run_monte_carlo(p, keep);
+  EXPECT_TRUE(raised.converged);
+  EXPECT_EQ(seen.size(), before + raised.trials - 300U);
+}
+
 TEST(MonteCarloStudy, FailedAndMissingPointsAreCounted) {
   MonteCarloPlan p = plan();
   p.most_trials = 2000;

@@ -14,7 +14,8 @@ struct StudyHead {
   std::filesystem::path file, twin;  ///< absolute
   std::string name;
   std::vector<Record> records;  ///< none: all numbers of the fits
-  /// Every key as text but `name` and `twin`: what the results depend on, whatever the file's layout.
+  /// Every key as text but `name`, `twin` and where a Monte Carlo study stops: what its points depend on,
+  /// whatever the file's layout.
   std::map<std::string, std::string> content;
 };
 

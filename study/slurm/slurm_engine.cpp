@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <span>
 #include <thread>
@@ -43,9 +44,11 @@ std::string batch_name(const PointTask& task, const std::vector<PlannedPoint>& p
 class SlurmRun {
  public:
   SlurmRun(const PointTask& task, const std::vector<PlannedPoint>& plan, const std::set<std::int64_t>& done,
-           const SlurmOptions& options, const std::function<void(const PointOutcome&)>& finished)
+           const SlurmOptions& options, const Outlook& outlook,
+           const std::function<void(const PointOutcome&)>& finished)
       : task_{task, options.device},
         options_(options),
+        outlook_(outlook),
         finished_(finished),
         batch_(options.folder / batch_name(task, plan)) {
     for (const PlannedPoint& p : plan)
@@ -54,7 +57,8 @@ class SlurmRun {
 
   EngineSummary run() {
     if (left_.empty()) return {};
-    Progress progress("study", left_.size(), true);
+    Progress progress("study", std::max(outlook_.in_all, outlook_.finished + left_.size()), true,
+                      outlook_.finished);
     progress_ = &progress;
     collect();
     while (!left_.empty()) {
@@ -206,6 +210,7 @@ class SlurmRun {
 
   const WorkerTask task_;
   const SlurmOptions& options_;
+  const Outlook outlook_;
   const std::function<void(const PointOutcome&)>& finished_;
   SlurmBatch batch_;
   std::map<std::int64_t, const PlannedPoint*> left_;
@@ -225,7 +230,7 @@ SlurmEngine::SlurmEngine(SlurmOptions options) : options_(std::move(options)) { 
 EngineSummary SlurmEngine::run(const PointTask& task, const std::vector<PlannedPoint>& plan,
                                const std::set<std::int64_t>& done,
                                const std::function<void(const PointOutcome&)>& finished) {
-  return SlurmRun(task, plan, done, options_, finished).run();
+  return SlurmRun(task, plan, done, options_, outlook_, finished).run();
 }
 
 }  // namespace fringetwin::study

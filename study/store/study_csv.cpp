@@ -10,13 +10,10 @@
 #include "study/store/study_store.hpp"
 
 namespace fringetwin::study {
-namespace {
 
 const char* status_name(PointStatus status) {
   return status == PointStatus::done ? "done" : status == PointStatus::failed ? "failed" : "pending";
 }
-
-}  // namespace
 
 std::string study_csv(const std::vector<StoredPoint>& rows) {
   std::set<std::string> keys, results;

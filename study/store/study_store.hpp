@@ -66,9 +66,16 @@ class StudyStore : NotCopyable {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Returns "pending", "done" or "failed".
+const char* status_name(PointStatus status);
+
 /// Returns the table as CSV, one line per row: id, the settings by key, noise seed, status, reason, the
 /// results by name. Only what the study determines: two runs of one study give the same bytes wherever, in
 /// whatever order and after whatever interruption. A result that is not a number is an empty cell.
 std::string study_csv(const std::vector<StoredPoint>& rows);
+
+/// Returns the same table as JSON (fringetwin-study-table/1, docs/formats/study.md). A result that is not a
+/// number is null.
+std::string study_table_json(const std::vector<StoredPoint>& rows);
 
 }  // namespace fringetwin::study

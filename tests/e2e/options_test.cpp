@@ -346,5 +346,23 @@ TEST(Options, QuietBeforeAndAfterTheSubcommand) {
   }
 }
 
+TEST(Options, VerboseNamesStagesTheirTimesAndFiles) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("verbose");
+  const std::string twin = written_twin(dir, small_twin({}, "[render]\nphase_error_rad = 1e-3\n")),
+                    out = (dir / "out").string();
+  const RunResult plain = run_fringetwin({"render", twin, "--out", out}),
+                  verbose = run_fringetwin({"render", "-v", twin, "--out", out});
+  EXPECT_EQ(verbose.exit_code, 0) << verbose.err;
+  EXPECT_EQ(verbose.out, plain.out);
+  for (const std::string& words :
+       {std::string("fringetwin: stage render\n"), std::string("fringetwin: stage render took "),
+        "fringetwin: wrote " + out + "/capture.toml\n"}) {
+    EXPECT_THAT(verbose.err, HasSubstr(words));
+    EXPECT_THAT(plain.err, ::testing::Not(HasSubstr(words)));
+  }
+  expect_refused(run_fringetwin({"-q", "-v", "render", twin, "--out", out}), 2, {"--verbose"});
+}
+
 }  // namespace
 }  // namespace fringetwin::testing::options_test

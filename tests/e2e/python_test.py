@@ -16,12 +16,14 @@ import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 import unittest
+import zipfile
 
 import numpy as np
 
@@ -64,7 +66,7 @@ class Python(unittest.TestCase):
         with open(cls.file, "w", encoding="utf-8") as file:
             file.write(small_twin(OPTIONS["source"]))
         program("render", cls.file, "--out", cls.dir + "/cli", "--samples", 4, "--sampler", "gauss", "--radiance")
-        program("measure", cls.file, "--captures", cls.dir + "/cli", "--out", cls.dir + "/cli-measured")
+        program("measure", cls.file, "--captures", cls.dir + "/cli", "--out", cls.dir + "/cli-measured", "--npz")
         cls.twin = fringetwin.Twin(cls.file)
         cls.rendered = cls.twin.render(samples=4, sampler="gauss")
 
@@ -92,13 +94,14 @@ class Python(unittest.TestCase):
         self.assertTrue(np.isfinite(points).all() and len(points) > 1000)
 
     def test_measurement_is_that_of_the_command_line(self):
-        run = fringetwin.measure(self.twin, self.dir + "/cli").write(self.dir + "/py-measured")
+        run = fringetwin.measure(self.twin, self.dir + "/cli").write(self.dir + "/py-measured", npz=True, figures=True)
         there = fringetwin.Run(self.dir + "/cli-measured")
         self.assertEqual(of_the_result(run.result), of_the_result(there.result))
         self.assertTrue(run.result["fits"])
-        for name in ("points.ply", "phase_left.exr", "phase_right.exr"):
+        for name in ("points.ply", "phase_left.exr", "phase_right.exr", "measured_left.npz", "measured_right.npz"):
             with open(run.file(name), "rb") as ours, open(there.file(name), "rb") as theirs:
                 self.assertEqual(ours.read(), theirs.read(), name)
+        self.assert_figures_are_those_of_the_page(run.path, 1)
         from_arrays = fringetwin.measure(self.twin, {c: list(self.rendered[c]) for c in self.rendered})
         self.assertEqual(from_arrays.fits, there.result["fits"])
 
@@ -115,13 +118,72 @@ class Python(unittest.TestCase):
         np.testing.assert_allclose([*fit["center_mm"], fit["radius_mm"]], [0, 0, 5, 1], atol=1e-9)  # converged to 1e-9
 
     def test_cosim_is_that_of_the_command_line(self):
-        program("cosim", self.file, "--out", self.dir + "/cli-cosim", "--samples", 1, "--sampler", "gauss")
+        program("cosim", self.file, "--out", self.dir + "/cli-cosim", "--samples", 1, "--sampler", "gauss", "--npz", "--figures")
         run = fringetwin.cosim(self.twin, self.dir + "/py-cosim", samples=1, sampler="gauss")
         there = fringetwin.read_result(self.dir + "/cli-cosim")
         self.assertEqual(of_the_result(run.result), of_the_result(there))
         self.assertTrue(os.path.isfile(run.report))
         again = program("diff", self.dir + "/cli-cosim", self.dir + "/py-cosim", code=None)
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
+        self.assertEqual(glob.glob(self.dir + "/py-cosim/**/*.npz", recursive=True), [])  # only where asked for
+        self.assert_arrays_are_those_of_the_files(self.dir + "/cli-cosim/measured_simulated")
+        self.assert_figures_are_those_of_the_page(self.dir + "/cli-cosim")
+
+    def test_figures_of_an_earlier_run_go(self):
+        out = self.dir + "/compared"
+        sides = ("--real", self.dir + "/cli", "--sim", self.dir + "/cli")
+        program("compare", self.file, *sides, "--out", out)
+        self.assertFalse(os.path.exists(out + "/figures"))  # only where asked for
+        os.mkdir(out + "/figures")
+        for name in ("older.svg", "notes.txt"):
+            with open(f"{out}/figures/{name}", "w", encoding="utf-8") as file:
+                file.write("of an earlier run")
+        program("compare", self.file, *sides, "--out", out, "--figures", "--npz")
+        self.assertTrue(os.path.exists(out + "/figures/notes.txt"))
+        os.remove(out + "/figures/notes.txt")
+        self.assert_figures_are_those_of_the_page(out)
+        self.assert_arrays_are_those_of_the_files(out + "/measured_real")
+
+    def assert_figures_are_those_of_the_page(self, run, least=4):
+        program("export", run, "--figures", "--out", run + "-exported")
+        names = sorted(os.path.basename(file) for file in glob.glob(run + "-exported/*.svg"))
+        self.assertGreaterEqual(len(names), least)
+        self.assertEqual(sorted(os.listdir(run + "/figures")), names)
+        for name in names:
+            with open(f"{run}/figures/{name}", "rb") as ours, open(f"{run}-exported/{name}", "rb") as theirs:
+                self.assertEqual(ours.read(), theirs.read(), name)
+
+    def test_arrays_are_those_of_the_other_files(self):
+        self.assert_arrays_are_those_of_the_files(self.dir + "/cli-measured")
+        measured = fringetwin.measure(self.twin, self.dir + "/cli")
+        with np.load(self.dir + "/cli-measured/measured_right.npz", allow_pickle=False) as right:
+            np.testing.assert_array_equal(right["flags"], measured.decodes["right"].flags)
+            self.assertNotIn("p_world_mm", right.files)  # points are of the first camera's pixels
+        with np.load(self.dir + "/cli-measured/measured_left.npz", allow_pickle=False) as left:
+            for name in ("p_world_mm", "normal_world", "q_cam_px", "sigma_mm"):
+                np.testing.assert_array_equal(left[name], getattr(measured.points, name))
+
+    def assert_arrays_are_those_of_the_files(self, folder):
+        for camera in self.twin.cameras:
+            file = f"{folder}/measured_{camera}.npz"
+            with zipfile.ZipFile(file) as archive:
+                self.assertIsNone(archive.testzip())  # reads all by its checksums
+            with np.load(file, allow_pickle=False) as arrays:
+                exr = fringetwin.read_exr(f"{folder}/phase_{camera}.exr")
+                self.assertEqual(set(exr), set(arrays.files) & set(exr))
+                for name in exr:
+                    self.assertEqual(arrays[name].dtype, np.float32)
+                    np.testing.assert_array_equal(arrays[name], exr[name])
+                self.assertEqual((arrays["mask"].dtype, arrays["flags"].dtype), (np.dtype(bool), np.dtype(np.uint8)))
+                np.testing.assert_array_equal(arrays["mask"], arrays["flags"] == 0)
+                np.testing.assert_array_equal(arrays["mask"], np.isfinite(exr["column_px"]))
+                self.assertTrue(arrays["mask"].any() and not arrays["mask"].all())
+        points = fringetwin.read_points(folder + "/points.ply")
+        with np.load(f"{folder}/measured_{self.twin.cameras[0]}.npz", allow_pickle=False) as arrays:
+            np.testing.assert_array_equal(arrays["p_world_mm"], np.stack([points[a] for a in "xyz"], 1))
+            np.testing.assert_array_equal(arrays["normal_world"], np.stack([points["n" + a] for a in "xyz"], 1))
+            np.testing.assert_array_equal(arrays["q_cam_px"], np.stack([points["pixel_x"], points["pixel_y"]], 1))
+            np.testing.assert_array_equal(arrays["sigma_mm"], points["sigma_mm"])
 
     def test_settings_are_those_of_a_changed_file(self):
         changed = os.path.join(self.dir, "blurred.toml")
@@ -231,12 +293,40 @@ class Python(unittest.TestCase):
         file = self.dir + "/cli-measured/points.ply"
         with open(file, "rb") as ply:
             head, body = ply.read().split(b"end_header\n", 1)
-        record = np.dtype([("p", "<f8", 3), ("rest", "<f4", 6)])
+        record = np.dtype([("p", "<f8", 3), ("n", "<f4", 3), ("sigma_mm", "<f4"), ("pixel", "<f4", 2), ("column_px", "<f4"),
+                           ("amplitude_dn", "<f4"), ("mean_dn", "<f4"), ("sigma_rad", "<f4")])
         plain = np.frombuffer(body, record)
         points = fringetwin.read_points(file)
         self.assertEqual(len(points), int(re.search(rb"element vertex (\d+)", head)[1]))
         np.testing.assert_array_equal(np.stack([points[a] for a in "xyz"], 1), plain["p"])
-        np.testing.assert_array_equal(points["sigma_mm"], plain["rest"][:, 5])
+        exr = fringetwin.read_exr(self.dir + "/cli-measured/phase_left.exr")
+        u, v = (points[name].astype(int) for name in ("pixel_x", "pixel_y"))
+        np.testing.assert_array_equal(np.stack([u, v], 1), plain["pixel"])
+        np.testing.assert_array_equal(points["sigma_mm"], plain["sigma_mm"])
+        for name in ("column_px", "amplitude_dn", "mean_dn", "sigma_rad"):
+            np.testing.assert_array_equal(points[name], plain[name])
+            np.testing.assert_array_equal(points[name], exr[name][v, u])
+
+    def test_points_of_earlier_versions_are_read(self):
+        older = os.path.join(self.dir, "older.ply")  # their names had no "scalar_"
+        with open(older, "wb") as ply:
+            ply.write(b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty double z\nproperty float pixel_x\n"
+                      b"property float sigma_mm\nend_header\n" + struct.pack("<dff", 250, 7, 0.5))
+        self.assertEqual(fringetwin.read_points(older)[["z", "pixel_x", "sigma_mm"]].tolist(), [(250, 7, 0.5)])
+
+    def test_deviations_are_those_of_the_fit(self):
+        fit = fringetwin.read_result(self.dir + "/cli-measured")["fits"][0]["measured"]
+        points = fringetwin.read_points(self.dir + "/cli-measured/deviation_sphere.ply")
+        self.assertEqual(len(points), fit["n"])
+        radius = np.linalg.norm(np.stack([points[a] for a in "xyz"], 1) - fit["center_mm"], axis=1)
+        # single precision of the file: half a unit in the last place of a deviation below 2^-7 mm is 2^-31 mm = 5e-10 mm
+        np.testing.assert_allclose(points["deviation_mm"], radius - fit["radius_mm"], rtol=0, atol=1e-9)
+        rms = np.sqrt(np.mean(points["deviation_mm"].astype(float) ** 2))
+        self.assertAlmostEqual(rms, fit["rms_mm"], delta=1e-9)
+        outside = points["deviation_mm"] > 0
+        self.assertTrue((points["red"] >= points["blue"])[outside].all() and (points["red"] <= points["blue"])[~outside].all())
+
+    def test_results_are_read_as_they_are(self):
         with open(self.dir + "/cli-measured/result.json", encoding="utf-8") as result:
             self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))
 

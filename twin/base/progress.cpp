@@ -18,7 +18,7 @@ namespace {
 
 std::atomic<int> cancel_request{0};
 static_assert(std::atomic<int>::is_always_lock_free, "written by a signal handler");
-std::atomic<bool> quiet_mode{false};
+std::atomic<bool> quiet_mode{false}, verbose_mode{false};
 /// Keeps lines of different threads whole; also guards `bar_open`.
 std::mutex stderr_mutex;
 bool bar_open = false;
@@ -60,11 +60,20 @@ std::string rough_time(double seconds) {
   return std::to_string(minutes / 60) + " h " + std::to_string(minutes % 60) + " min";
 }
 
-Progress::Progress(std::string task, std::size_t total, bool time_left)
+Progress::Progress(std::string task, std::size_t total, bool time_left, std::size_t done)
     : task_(std::move(task)),
       total_(std::max<std::size_t>(total, 1)),
+      done_before_(std::min(done, total_)),
+      done_(done_before_),
       terminal_(isatty(STDERR_FILENO) == 1),
-      time_left_(time_left) {}
+      time_left_(time_left),
+      shown_percent_(percent_of(done_before_)) {}
+
+/// Rounds down to what is shown: whole percents on a terminal, else tens.
+int Progress::percent_of(std::size_t done) const {
+  const int every = terminal_ ? 1 : 10;
+  return static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_)) / every * every;
+}
 
 Progress::~Progress() {
   if (!terminal_) return;
@@ -78,9 +87,7 @@ void Progress::advance(std::size_t n) {
 
 bool Progress::tick(std::size_t n) noexcept {
   const std::size_t done = std::min(total_, done_.fetch_add(n) + n);
-  const int every = terminal_ ? 1 : 10;
-  const int percent =
-      static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_)) / every * every;
+  const int percent = percent_of(done);
   int shown = shown_percent_.load();
   while (percent > shown) {
     if (shown_percent_.compare_exchange_weak(shown, percent)) {
@@ -97,7 +104,8 @@ void Progress::show(int percent) {
   std::string left;
   if (time_left_ && percent > 0 && percent < 100) {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-    left = ", " + rough_time(passed.count() * (100 - percent) / percent) + " left";
+    const double before = 100.0 * static_cast<double>(done_before_) / static_cast<double>(total_);
+    left = ", " + rough_time(passed.count() * (100 - percent) / (percent - before)) + " left";
   }
   if (!terminal_) {
     std::fprintf(stderr, "fringetwin: %s %d %%%s\n", task_.c_str(), percent, left.c_str());
@@ -161,5 +169,11 @@ void say(const std::string& line) {
 void warn(const std::string& line) { print_line("fringetwin: warning: ", line); }
 
 void set_quiet(bool quiet) { quiet_mode.store(quiet); }
+
+void say_more(const std::string& line) {
+  if (verbose_mode.load()) say(line);
+}
+
+void set_verbose(bool verbose) { verbose_mode.store(verbose); }
 
 }  // namespace fringetwin

@@ -18,8 +18,9 @@ std::string rough_time(double seconds);
 /// One task of `total` equal pieces. Shows nothing when set_quiet(true).
 class Progress : NotCopyable {
  public:
-  /// `time_left`: says how long the rest will take, going by what is done.
-  Progress(std::string task, std::size_t total, bool time_left = false);
+  /// `time_left`: says how long the rest will take, going by what is done. `done`: pieces that had been done
+  /// before, by an earlier run or stage.
+  Progress(std::string task, std::size_t total, bool time_left = false, std::size_t done = 0);
   ~Progress();
   /// Thread-safe. Throws Cancelled once the user pressed Ctrl-C; an exception must not leave an OpenMP
   /// region, so inside one use tick() and call throw_if_cancelled() after it.
@@ -28,13 +29,14 @@ class Progress : NotCopyable {
   bool tick(std::size_t n = 1) noexcept;
 
  private:
+  int percent_of(std::size_t done) const;
   void show(int percent);
 
   std::string task_;
-  std::size_t total_;
-  std::atomic<std::size_t> done_ = 0;
-  std::atomic<int> shown_percent_ = 0;
+  std::size_t total_, done_before_;
+  std::atomic<std::size_t> done_;
   bool terminal_, time_left_;
+  std::atomic<int> shown_percent_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
@@ -71,5 +73,8 @@ class EndsOnCancel : NotCopyable {
 void say(const std::string& line);
 void warn(const std::string& line);
 void set_quiet(bool quiet);
+/// As say(), of what only who asks for it wants to know: muted unless set_verbose(true).
+void say_more(const std::string& line);
+void set_verbose(bool verbose);
 
 }  // namespace fringetwin

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "twin/base/errors.hpp"
+#include "twin/base/stopwatch.hpp"
 
 namespace fringetwin::progress_test {
 namespace {
@@ -65,6 +66,18 @@ TEST(Progress, SaysTheTimeLeftWhenAsked) {
   EXPECT_EQ(rough_time(90.0), "2 min");
   EXPECT_EQ(rough_time(89.4 * 60), "89 min");
   EXPECT_EQ(rough_time(12000.0), "3 h 20 min");
+}
+
+// 60 of 100 pieces were done by an earlier run: it goes on there.
+TEST(Progress, GoesOnBehindWhatWasDoneBefore) {
+  const std::string text = stderr_of([] {
+    Progress progress("study", 100, true, 60);
+    for (int i = 0; i < 40; ++i) progress.advance();
+  });
+  EXPECT_EQ(text,
+            "fringetwin: study 70 %, 0 s left\nfringetwin: study 80 %, 0 s left\n"
+            "fringetwin: study 90 %, 0 s left\nfringetwin: study 100 %\n");
+  EXPECT_EQ(stderr_of([] { Progress progress("study", 10, true, 11); }), "");
 }
 
 TEST(Progress, FewLargeStepsSkipLines) {
@@ -123,6 +136,17 @@ TEST(Progress, QuietMutesAllButWarnings) {
   EXPECT_EQ(text, "fringetwin: warning: mind the gap\n");
   EXPECT_EQ(stderr_of([] { say("hello"); }), "fringetwin: hello\n");
   EXPECT_EQ(stderr_of([] { warn("a\x1b[2Jb\nc"); }), "fringetwin: warning: a?[2Jb c\n");
+}
+
+TEST(Progress, MoreIsSaidOnlyWhereItIsAskedFor) {
+  EXPECT_EQ(stderr_of([] { say_more("hello"); }), "");
+  set_verbose(true);
+  EXPECT_EQ(stderr_of([] { say_more("hello"); }), "fringetwin: hello\n");
+  StageTimer timer;
+  EXPECT_EQ(stderr_of([&] { timer.start("measure"); }), "fringetwin: stage measure\n");
+  EXPECT_THAT(stderr_of([&] { timer.stop(); }),
+              ::testing::MatchesRegex("fringetwin: stage measure took 0\\.[0-9]+ s\n"));
+  set_verbose(false);
 }
 
 // Each in a process of its own: a cancelled program stays cancelled.

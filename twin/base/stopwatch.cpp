@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "twin/base/stopwatch.hpp"
 
+#include <fmt/format.h>
+
 #include <ctime>
+
+#include "twin/base/progress.hpp"
 
 namespace fringetwin {
 namespace {
@@ -25,12 +29,15 @@ Elapsed Stopwatch::elapsed() const { return {wall_now_s() - wall_start_s_, cpu_n
 void StageTimer::start(const std::string& stage) {
   stop();
   stage_ = stage;
+  say_more("stage " + stage);
   begin_ = std::chrono::steady_clock::now();
 }
 
 void StageTimer::stop() {
   if (stage_.empty()) return;
-  seconds[stage_] += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin_;
+  seconds[stage_] += took.count();
+  say_more(fmt::format("stage {} took {:.3f} s", stage_, took.count()));
   stage_.clear();
 }
 

@@ -22,7 +22,8 @@ class Stopwatch {
   double wall_start_s_, cpu_start_s_;
 };
 
-/// Adds up the wall time of named stages, of which one runs at a time.
+/// Adds up the wall time of named stages, of which one runs at a time. Each is told when it begins and ends,
+/// where that is asked for (say_more).
 class StageTimer {
  public:
   /// Ends the stage that runs, if any, and starts this one.

@@ -13,6 +13,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/image/png_codec.hpp"
 
 namespace fringetwin {
@@ -93,6 +94,7 @@ void TemporaryFile::commit() {
   if (error)
     throw UserError(ExitCode::usage, file_.string(), fmt::format("cannot be written ({})", error.message()));
   done_ = true;
+  say_more("wrote " + file_.string());
 }
 
 bool is_temporary_name(const std::string& name) { return name.starts_with('.') && name.ends_with(".tmp"); }

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/extra_file_flags.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace fringetwin::cli {
+
+void add_npz_flag(CLI::App& sub, cosim::ExtraFiles& extra) {
+  sub.add_flag("--npz", extra.npz,
+               "Also measured_<camera>.npz: phases, modulation, mask and points as arrays for numpy");
+}
+
+void add_figures_flag(CLI::App& sub, cosim::ExtraFiles& extra) {
+  sub.add_flag("--figures", extra.figures, "Also the plots of report.html as SVG files (DIR/figures)");
+}
+
+}  // namespace fringetwin::cli

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cosim/extra_files.hpp"
+
+#include "measure/measured_npz.hpp"
+#include "report/plot/page_drawings.hpp"
+#include "twin/base/safe_file.hpp"
+
+namespace fringetwin::cosim {
+
+void write_npz_if_asked(const std::filesystem::path& dir, const measure::Measurement& measurement,
+                        const ExtraFiles& extra) {
+  if (extra.npz) measure::write_measured_npz(dir, measurement);
+}
+
+void write_figures_if_asked(const std::filesystem::path& dir, const ExtraFiles& extra) {
+  if (!extra.figures) return;
+  const std::string page = read_whole_text(dir / "report.html", {.what = "page"});
+  report::write_drawings(dir / "figures", report::drawings_of_page(page));
+}
+
+}  // namespace fringetwin::cosim

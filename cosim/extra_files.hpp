@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes files that a run leaves on request, beside those that are always there.
+#pragma once
+#include <filesystem>
+
+#include "measure/measurement.hpp"
+
+namespace fringetwin::cosim {
+
+struct ExtraFiles {
+  bool npz = false;      ///< measured_<camera>.npz beside points.ply
+  bool figures = false;  ///< the plots of the page as figures/NAME.svg
+};
+
+/// Writes DIR/measured_<camera>.npz where it is asked for.
+void write_npz_if_asked(const std::filesystem::path& dir, const measure::Measurement& measurement,
+                        const ExtraFiles& extra);
+/// Writes the plots of DIR/report.html, which is there, to DIR/figures where it is asked for.
+void write_figures_if_asked(const std::filesystem::path& dir, const ExtraFiles& extra);
+
+}  // namespace fringetwin::cosim
