@@ -154,7 +154,8 @@ std::string map_png(const ImageF& image, const MapStyle& style) {
 std::string map_html(const ImageF& image, const MapStyle& style) {
   const ImageF shown = shrink_by_area_mean(image, style.max_width_px);
   return "<div class=\"map\">" +
-         image_html(map_png(shown, style), style.title + " in " + style.unit, shown.width, shown.height) +
+         image_html(map_png(shown, style), style.title + (style.unit.empty() ? "" : " in " + style.unit),
+                    shown.width, shown.height) +
          (style.show_bar ? color_bar_html(style) : "") + "</div>\n";
 }
 

@@ -155,6 +155,8 @@ TEST(Map, FileHasABarBelowTheFullResolution) {
 
 TEST(Map, HtmlPrintsUnitAndLimits) {
   MapStyle style;
+  style.title = "classes";
+  EXPECT_NE(map_html(ImageF(2, 2), style).find("alt=\"classes\""), std::string::npos) << "of no unit";
   style.unit = "µm";
   style.title = "deviation <1>";
   style.scale = Scale::diverging;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -115,51 +116,55 @@ std::string measured_fits_html(const Measurement& m) {
   return table.html();
 }
 
-/// Tabulates how many pixels came to what, and maps them.
+/// Maps what became of the pixels of a camera.
+std::string fates_figure(const MeasuredPage& page, const std::string& camera, const Image<PixelFate>& fates) {
+  ImageF map(fates.width, fates.height);
+  for (std::size_t i = 0; i < fates.size(); ++i) map.data[i] = static_cast<float>(fates.data[i]);
+  const report::MapStyle style{.limits = {0.0, static_cast<double>(kFates - 1)},
+                               .title = "0 point, 1 decoded, 2 dark, 3 no order, 4 saturated",
+                               .max_width_px = 520};
+  const std::string file = "pixels_" + camera + ".png";
+  report::write_map_png(page.dir / file, map, style);
+  return report::figure_html(
+      "<div class=\"maps\">" + titled_map(report::escape_html(camera), report::map_html(map, style)) +
+          "</div>",
+      fmt::format(
+          "{}: what became of each pixel: 0 (violet) carries a point, 1 (blue) is decoded without "
+          "one, 2 (blue-green) shows too little modulation, 3 (green) has no fringe order, 4 (yellow) "
+          "is saturated. Full resolution: {}.",
+          camera, file),
+      "", page.command);
+}
+
+/// Tabulates how many pixels came to what, says why, and maps them.
 std::string pixels_html(const MeasuredPage& page) {
   report::Table table;
-  table.caption =
-      "All pixels of each camera by what became of them; one with several faults counts at the last of them.";
-  table.columns = {text_column("camera"),
-                   text_column("pixels that"),
-                   {"n"},
-                   {"share", "%"},
-                   text_column("why, and what to do")};
-  std::string maps;
+  table.caption = "All pixels of each camera; one with several faults counts at the last of them.";
+  table.columns = {text_column("camera"), text_column("pixels that"), {"n"}, {"share", "%"}};
+  std::string figures;
+  std::array<bool, kFates> there{};  // of which the reason is said
   for (std::size_t c = 0; c < page.measurement.cameras.size(); ++c) {
+    const std::string& camera = page.measurement.cameras[c].camera;
     const Image<PixelFate> fates = pixel_fates(page.measurement, c);
-    std::array<std::size_t, kFates> n{};
-    ImageF map(fates.width, fates.height);
-    for (std::size_t i = 0; i < fates.size(); ++i) {
-      const auto fate = static_cast<std::size_t>(fates.data[i]);
-      ++n[fate];
-      map.data[i] = static_cast<float>(fate);
+    const auto first = static_cast<std::size_t>(c == 0 ? PixelFate::point : PixelFate::decoded);
+    for (std::size_t k = first; k < kFates; ++k) {
+      const auto fate = static_cast<PixelFate>(k);
+      const auto n = std::ranges::count(fates.data, fate);
+      table.add_row({k == first ? camera : "", fate_name(fate, c == 0),
+                     report::count(static_cast<unsigned long long>(n)),
+                     report::fixed(100.0 * static_cast<double>(n) / static_cast<double>(fates.size()), 2)});
+      there[k] = there[k] || (n > 0 && k > first);  // the first of a camera's fates is the good one
     }
-    const std::string& name = page.measurement.cameras[c].camera;
-    for (std::size_t fate = c == 0 ? 0 : 1; fate < kFates; ++fate)
-      table.add_row(
-          {fate == (c == 0 ? 0 : 1) ? name : "", fate_name(static_cast<PixelFate>(fate), c == 0),
-           report::count(n[fate]),
-           report::fixed(100.0 * static_cast<double>(n[fate]) / static_cast<double>(fates.size()), 2),
-           n[fate] == 0 || (fate == 1 && c > 0)
-               ? ""
-               : fate_reason(static_cast<PixelFate>(fate), page.twin, page.measurement)});
-    const report::MapStyle style{.limits = {0.0, static_cast<double>(kFates - 1)},
-                                 .title = "0 point, 1 decoded, 2 dark, 3 no order, 4 saturated",
-                                 .max_width_px = 520};
-    const std::string file = "pixels_" + name + ".png";
-    report::write_map_png(page.dir / file, map, style);
-    maps += report::figure_html("<div class=\"maps\">" +
-                                    titled_map(report::escape_html(name), report::map_html(map, style)) +
-                                    "</div>",
-                                fmt::format("{}: what became of each pixel: 0 (violet) carries a point, 1 "
-                                            "(blue) is decoded without one, 2 (blue-green) "
-                                            "shows too little modulation, 3 (green) has no fringe order, 4 "
-                                            "(yellow) is saturated. Full resolution: {}.",
-                                            name, file),
-                                "", page.command);
+    figures += fates_figure(page, camera, fates);
   }
-  return table.html() + maps;
+  std::string reasons;
+  for (std::size_t k = 0; k < kFates; ++k)
+    if (there[k]) {
+      const auto fate = static_cast<PixelFate>(k);
+      reasons += "<p>Pixels that " + report::escape_html(fate_name(fate, true)) + ": " +
+                 report::escape_html(fate_reason(fate, page.twin, page.measurement)) + ".</p>\n";
+    }
+  return table.html() + reasons + figures;
 }
 
 /// Returns the image where the other is finite, else NaN.

@@ -55,6 +55,8 @@ TEST_F(MeasurementPage, BeginsWithTheAnswerAndHasEverySectionAndMap) {
   EXPECT_THAT(html, HasSubstr("fringetwin measure twin.toml --out &#39;my run&#39;"));
   EXPECT_THAT(html, HasSubstr("ball: signed histogram of the deviation (measured n = "));
   EXPECT_GT(ball.index.size(), 1000U);
+  EXPECT_THAT(html, HasSubstr("<p>Pixels that show too little modulation: background"));
+  EXPECT_THAT(html, Not(HasSubstr("<p>Pixels that are saturated"))) << "there are none";
   for (const char* file : {"pixels_left.png", "pixels_right.png", "phase_left_x.png",
                            "modulation_right_x.png", "phase_sigma_left_x.png", "deviation_ball_measured.png"})
     EXPECT_TRUE(std::filesystem::exists(dir_ / file)) << file;
