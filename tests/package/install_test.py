@@ -11,6 +11,7 @@ install_test.py CHECK --build build --source .
   library   the component "development", moved, too: a program of somebody else (example/) finds headers and libraries there
             by find_package and measures to the last bit what the program does; libfringetwin-dev depends on the packages
             that this takes, and on no others
+  configure as the Containerfile configures it, without tests and benchmarks, everything is there that the packages are made of
   module    the Python module built from that component alone, with no sources, and a program's modules beside it
 Exit code 77: lintian, pybind11 or a Vulkan device is missing.
 """
@@ -282,6 +283,15 @@ def check_module(build, source, scratch):
     expect(verdicts and set(verdicts) == {"explained"}, f"the example says {verdicts}")
 
 
+def check_configure(_build, source, scratch):
+    build_line = "cmake --preset release (.*) && cmake --build build --target packaged"
+    options = re.search(build_line, (source / "Containerfile").read_text(encoding="utf-8"))
+    expect(options, "the Containerfile builds otherwise than this test")
+    run(["cmake", "--preset", "release", "-B", scratch / "build", *options[1].split()], folder=source)
+    steps = run(["cmake", "--build", scratch / "build", "--target", "packaged", "--", "-n"])
+    expect("Linking CXX executable fringetwin" in steps and "_tests" not in steps, f"it would build {steps}")
+
+
 def check_lintian(build, _source, scratch):
     if not shutil.which("lintian"):
         print("skipped: lintian is not installed")
@@ -290,7 +300,8 @@ def check_lintian(build, _source, scratch):
     expect(not re.search("^[EW]:", said, re.MULTILINE), said)
 
 
-CHECKS = {"install": check_install, "package": check_package, "lintian": check_lintian, "library": check_library, "module": check_module}
+CHECKS = {"configure": check_configure, "install": check_install, "package": check_package, "lintian": check_lintian,
+          "library": check_library, "module": check_module}
 
 
 def main():
