@@ -22,7 +22,7 @@ help:
 	@echo "make studies   the studies of docs/STUDIES.md with their pages (half an hour)"
 	@echo "make site      README.md and docs/ as a static site that can be searched, out/site/index.html; no network"
 	@echo "make tidy      clang-tidy over DIRS=\"twin cli\": naming rules, bug patterns (slow)"
-	@echo "make package   the program as a Debian package, build/fringetwin_VERSION_ARCHITECTURE.deb"
+	@echo "make package   the Debian packages of the program, of its libraries and of the Python module, in build/"
 	@echo "make build | program | bench | format | clean"
 
 deps:
@@ -35,11 +35,11 @@ configure: deps
 program: configure
 	@cmake --build build -j $(JOBS) --target fringetwin_binary
 
-# The Debian package, in build/. It has the program, its pages and data sets; docs and dependencies: cmake/package.cmake.
+# The Debian packages, in build/: what each has is in docs/PACKAGES.md. Their names are printed.
 package: configure
 	@cmake --build build -j $(JOBS) --target packaged
 	@cmake -E chdir build cpack >build/package.log 2>&1 || { cat build/package.log; exit 2; }
-	@ls build/fringetwin_*.deb
+	@sed -n 's/^CPack: - package: .*\/\(build\/.*\.deb\) generated\.$$/\1/p' build/package.log
 
 build: configure
 	@cmake --build build -j $(JOBS)

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # What programs of others are built with: `cmake --install build --component development --prefix P` puts the static
-# libraries up to cosim/, their headers and the CMake package there; a plain install and the Debian package leave them out.
-#   lib/libfringetwin_*.a, include/fringetwin, lib/cmake/fringetwin
+# libraries up to cosim/, their headers and the CMake package there, and the sources of the Python module, to be built for
+# another Python; a plain install leaves them out.
+#   lib/libfringetwin_*.a, include/fringetwin, lib/cmake/fringetwin, share/fringetwin/python
 include(CMakePackageConfigHelpers)
 set(headers twin/twin.hpp twin/captures/capture_set.hpp twin/base/errors.hpp twin/base/progress.hpp
   render/renderer.hpp render/base/device_info.hpp measure/measurement.hpp
   cosim/cosim.hpp cosim/load.hpp cosim/shape/measured_shapes.hpp cosim/simulate.hpp cosim/write_results.hpp)
+# What the Python module includes beside them.
+set(headers_of_python cli/version.hpp compare/result/result_json.hpp cosim/measure_captures.hpp measure/decode/phase_exr.hpp
+  measure/fit/fits.hpp twin/base/out_folder.hpp twin/base/plain_text.hpp)
 
 # fringetwin_with_included(OUT headers...): these headers and all of ours that they include
 function(fringetwin_with_included out)
@@ -25,13 +29,13 @@ function(fringetwin_with_included out)
   set(${out} ${known} PARENT_SCOPE)
 endfunction()
 
-fringetwin_with_included(headers ${headers})
+fringetwin_with_included(headers ${headers} ${headers_of_python})
 set(development COMPONENT development EXCLUDE_FROM_ALL)
 foreach(header ${headers})
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES ${header} DESTINATION include/fringetwin/${folder} ${development})
 endforeach()
-set(libraries twin render measure report calib compare cosim options volk)
+set(libraries twin render measure report calib compare cosim version options volk)
 foreach(library ${libraries})
   set_target_properties(fringetwin_${library} PROPERTIES EXPORT_NAME ${library})
 endforeach()
@@ -44,3 +48,5 @@ configure_package_config_file(cmake/fringetwinConfig.cmake.in ${package} INSTALL
 write_basic_package_version_file(${package}Version COMPATIBILITY SameMinorVersion)
 install(FILES ${package} cmake/library_dependencies.cmake DESTINATION lib/cmake/fringetwin ${development})
 install(FILES ${package}Version RENAME fringetwinConfigVersion.cmake DESTINATION lib/cmake/fringetwin ${development})
+install(DIRECTORY python/ DESTINATION share/fringetwin/python ${development} FILES_MATCHING PATTERN "*.?pp" PATTERN "*.py" PATTERN "*.pyi"
+  PATTERN "py.typed" PATTERN "*.cmake" PATTERN "CMakeLists.txt" PATTERN "__pycache__" EXCLUDE)

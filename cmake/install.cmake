@@ -8,6 +8,8 @@
 #   share/doc/fringetwin           README, documents, licence
 #   share/man/man1                 a page of each command
 #   share/bash-completion ...      what shells complete command lines with
+# All of it is the component "program"; "python" (python/CMakeLists.txt) and "development" (development.cmake) are beside it.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME program)
 set(CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(data share/fringetwin)
 set(documents share/doc/fringetwin)

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What is installed works wherever it lies, names no place of the build, and the package says what it needs.
+"""What is installed works wherever it lies, names no place of the build, and the packages say what they need.
 
 install_test.py CHECK --build build --source .
   install   cmake --install into a scratch folder, which is then moved: the program finds modules and data sets there, compares
             an installed example, and is all of it in the list that an uninstaller goes by
-  package   the Debian package, unpacked: fields, dependencies (against what the loader resolves here), files, the program
-  lintian   what lintian says of the package: nothing
+  package   the Debian packages, unpacked: fields, dependencies (against what the loader resolves here), files, each in one
+            package only; the program and the Python module
+  lintian   what lintian says of the packages: nothing
   library   the component "development", moved, too: a program of somebody else (example/) finds headers and libraries there
-            by find_package and measures to the last bit what the program does
-Exit code 77: lintian or a Vulkan device is missing.
+            by find_package and measures to the last bit what the program does; libfringetwin-dev depends on the packages
+            that this takes, and on no others
+  configure as the Containerfile configures it, without tests and benchmarks, everything is there that the packages are made of
+  module    the Python module built from that component alone, with no sources, and a program's modules beside it
+Exit code 77: lintian, pybind11 or a Vulkan device is missing.
 """
 import argparse
 import ctypes
@@ -23,24 +27,7 @@ import subprocess
 import sys
 import tempfile
 
-
-TWIN = "datasets/povray-ball-wall/twin.toml"  # with its images, and quick
-
-
-class Fault(Exception):
-    pass
-
-
-def expect(condition, sentence):
-    if not condition:
-        raise Fault(sentence)
-
-
-def run(command, environment=None, codes=(0,), folder="/"):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=240, check=False, cwd=folder,
-                          env=environment)
-    expect(done.returncode in codes, f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
-    return done.stdout
+from made_packages import Fault, TWIN, expect, field, make_packages, names_in, project_version, run
 
 
 def bare():
@@ -51,11 +38,6 @@ def bare():
 
 def files_below(folder):
     return sorted(path for path in pathlib.Path(folder).rglob("*") if path.is_symlink() or not path.is_dir())
-
-
-def project_version(source):
-    text = pathlib.Path(source, "CMakeLists.txt").read_text(encoding="utf-8")
-    return re.search(r"project\(fringetwin VERSION ([\d.]+)", text)[1]
 
 
 def binaries(prefix):
@@ -141,64 +123,134 @@ def check_install(build, source, scratch):
     check_cosim(second, scratch)
 
 
-def make_package(build, scratch):
-    run(["cpack", "--config", build / "CPackConfig.cmake", "-G", "DEB", "-B", scratch])
-    packages = list(scratch.glob("*.deb"))
-    expect(len(packages) == 1, f"made {packages}")
-    return packages[0]
-
-
-def needed_packages(prefix):
-    """Of each library that the program and its modules name, as this machine resolves it: the packages that own it."""
-    files = {}
-    for path in binaries(prefix):
+def needed_packages(files):
+    """Of each library that programs and modules name, as this machine resolves it: the packages that own it."""
+    libraries = {}
+    for path in files:
         resolved = dict(re.findall(r"(\S+) => (/\S+)", run(["ldd", path])))
         for name in re.findall(r"NEEDED.*\[(.*)\]", run(["readelf", "-d", path])):
             if name in resolved:  # the loader itself is not
-                files[name] = os.path.basename(os.path.realpath(resolved[name]))
-    expect(len(files) > 20, f"only {sorted(files)} are needed")
+                libraries[name] = os.path.basename(os.path.realpath(resolved[name]))
+    expect(len(libraries) > 20, f"only {sorted(libraries)} are needed")
     owners = {}
-    for line in run(["dpkg", "-S", *(f"*/{file}" for file in sorted(set(files.values())))]).splitlines():
+    for line in run(["dpkg", "-S", *(f"*/{file}" for file in sorted(set(libraries.values())))]).splitlines():
         package, _, place = line.partition(": ")
         owners.setdefault(os.path.basename(place), set()).add(package.split(":")[0])
-    return {name: owners.get(file, set()) for name, file in files.items()}
+    return {name: owners.get(file, set()) for name, file in libraries.items()}
+
+
+def check_needs(files, depends):
+    for library, owners in needed_packages(files).items():
+        expect(owners & names_in(depends), f"{library} is of {owners}, which the package does not depend on")
+
+
+def check_python_package(package, prefix, program, version):
+    """The module says what it needs, and is imported from where it lies; prefix: of both packages, unpacked as one."""
+    depends = field(package, "Depends")
+    check_needs(prefix.glob("lib/python3/dist-packages/fringetwin/_core*.so"), depends)
+    python = re.search(r"\d+\.(\d+)", run(["/usr/bin/python3", "--version"]))
+    bounds = {f"fringetwin (= {version})", f"python3 (>= {python[0]})", f"python3 (<< 3.{int(python[1]) + 1})", "python3-numpy"}
+    expect(bounds <= set(depends.split(", ")), f"the Python module needs {sorted(bounds)}, not {depends}")
+    printed = run(["/usr/bin/python3", "-B", "-c", "import fringetwin; print(fringetwin.version())"],
+                  {**bare(), "PYTHONPATH": str(prefix / "lib/python3/dist-packages")})
+    expect(printed == run([program, "version"], bare()), f"the module is {printed}")
 
 
 def check_package(build, source, scratch):
-    package = make_package(build, scratch)
-    field = {name: run(["dpkg-deb", "-f", package, name]).strip() for name in ("Package", "Version", "Architecture", "Depends")}
-    wanted = {"Package": "fringetwin", "Version": project_version(source),
-              "Architecture": run(["dpkg", "--print-architecture"]).strip()}
-    expect({name: field[name] for name in wanted} == wanted, f"fields {field}")
-    run(["dpkg-deb", "-e", package, scratch / "control"])
-    control = sorted(os.listdir(scratch / "control"))
-    expect(control == ["control", "md5sums"], f"the package runs or sets something: {control}")
-    unpacked = scratch / "unpacked"
-    run(["dpkg-deb", "-x", package, unpacked])
-    prefix = unpacked / "usr"
-    depends = {word.split()[0] for group in field["Depends"].split(",") for word in group.split("|")}
-    for library, owners in needed_packages(prefix).items():
-        expect(owners & depends, f"{library} is of {owners}, which the package does not depend on")
-    if list(prefix.rglob("_core*.so")):
-        expect({"python3", "python3-numpy"} <= depends, f"the Python module needs more than {sorted(depends)}")
-    check_places(prefix, [str(build), str(source), str(scratch)])
+    packages = make_packages(build, scratch)
+    version, architecture = project_version(source), run(["dpkg", "--print-architecture"]).strip()
+    places = {}
+    for name, package in packages.items():
+        found = (field(package, "Version"), field(package, "Architecture"), field(package, "Source"))
+        expect(found == (version, architecture, "" if name == "fringetwin" else "fringetwin"), f"{name} is {found}")
+        run(["dpkg-deb", "-e", package, scratch / f"{name}.control"])
+        control = set(os.listdir(scratch / f"{name}.control")) - {"control", "md5sums"}
+        expect(control == ({"postinst", "prerm"} if name == "python3-fringetwin" else set()), f"{name} runs or sets something: {control}")
+        unpacked = scratch / "unpacked" / name
+        unpacked.mkdir(parents=True)
+        run(["dpkg-deb", "-x", package, unpacked])
+        check_places(unpacked / "usr", [str(build), str(source), str(scratch)])
+        for file in files_below(unpacked):
+            place = str(file.relative_to(unpacked))
+            expect(place not in places, f"/{place} is in {name} and {places.get(place)}")
+            places[place] = name
+        for file in ("copyright", "changelog.gz"):
+            expect((unpacked / "usr/share/doc" / name / file).is_file(), f"{name} has no {file}")
+    prefix = scratch / "unpacked/fringetwin/usr"
+    check_needs(binaries(prefix), field(packages["fringetwin"], "Depends"))
+    expect({"libvulkan1", "mesa-vulkan-drivers", "gnuplot-nox"} <= names_in(field(packages["fringetwin"], "Depends")),
+           "what is loaded or started by name is not in Depends")
     check_files(prefix, build, source)
     check_program(prefix)
-    for name in ("copyright", "changelog.gz"):
-        expect((prefix / "share/doc/fringetwin" / name).is_file(), f"no {name}")
+    if "python3-fringetwin" in packages:
+        together = scratch / "together"
+        for name in ("fringetwin", "python3-fringetwin"):
+            run(["dpkg-deb", "-x", packages[name], together])
+        check_python_package(packages["python3-fringetwin"], together / "usr", prefix / "bin/fringetwin", version)
+
+
+def owners_of(files):
+    """The packages of this machine that own files, each named as a compiler or CMake has named it."""
+    known = {}
+    for listed in pathlib.Path("/var/lib/dpkg/info").glob("*.list"):
+        for path in listed.read_text(encoding="utf-8").split("\n"):
+            known.setdefault(path, set()).add(listed.stem.split(":")[0])
+    files = {os.path.normpath(file) for file in files if not os.path.isdir(file)}
+    return {owner for file in files for owner in known.get(file) or known.get(file.removeprefix("/usr"), ())}
+
+
+def files_of_build(folder):
+    """What a build by Make read: files of CMake, headers and libraries."""
+    read = re.findall(r'"(/usr/.*)"', (folder / "CMakeFiles/Makefile.cmake").read_text(encoding="utf-8"))
+    for depfile in folder.rglob("*.d"):
+        read += re.findall(r"(/usr/\S+)", depfile.read_text(encoding="utf-8"))
+    for command in folder.rglob("link.txt"):
+        read += re.findall(r"(/usr/\S+\.(?:so|a))\b", command.read_text(encoding="utf-8"))
+    return read
+
+
+def check_development_depends(build, example):
+    """Who has what libfringetwin-dev depends on, and compilers, has all that a build reads, and nothing besides."""
+    config = (build / "CPackConfig.cmake").read_text(encoding="utf-8")
+    depends = names_in(re.search(r'CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "(.*)"', config)[1])
+    options = ["--no-recommends", "--no-suggests", "--no-conflicts", "--no-breaks", "--no-replaces", "--no-enhances"]
+
+    def brought(names, *more):
+        lines = run(["apt-cache", "depends", *options, *more, *sorted(names)]).splitlines()
+        return {re.sub(r"^[ |]*(?:\w+: )?", "", line).strip("<>") for line in lines}
+    used = owners_of(files_of_build(example))
+    expect(len(used) > 20, f"the build used {used}")
+    missing = used - brought({*depends, "g++", "cmake", "make"}, "--recurse")
+    expect(not missing, f"a program built with the libraries uses {sorted(missing)}, which libfringetwin-dev does not depend on")
+    # what find_library and the like have found must be there, whatever a program takes of it
+    used |= owners_of(re.findall(r"=(/usr/.*)", (example / "CMakeCache.txt").read_text(encoding="utf-8")))
+
+    def is_used(name):
+        empty = not [path for path in run(["dpkg", "-L", name]).splitlines()[1:] if not re.match("/usr(/share(/(doc|lintian)|$)|$)", path)]
+        return bool((brought({name}) if empty else {name}) & used)  # libboost-dev stands for libboost1.74-dev
+    idle = sorted(name for name in depends if not is_used(name))
+    expect(not idle, f"libfringetwin-dev depends on {idle}, which no build uses")
+
+
+def install_moved(build, source, scratch, *components):
+    first, second = scratch / "first", scratch / "second"
+    for component in components:
+        run(["cmake", "--install", build, "--component", component, "--prefix", first])
+    first.rename(second)
+    check_places(second, [str(build), str(source), str(first)])
+    return second
 
 
 def check_library(build, source, scratch):
-    first, second, own, twin = scratch / "first", scratch / "second", scratch / "own", source / TWIN
-    run(["cmake", "--install", build, "--component", "development", "--prefix", first])
-    first.rename(second)
-    check_places(second, [str(build), str(source), str(first)])
+    own, twin = scratch / "own", source / TWIN
+    prefix = install_moved(build, source, scratch, "development")
     shutil.copytree(source / "tests/package/example", own)
     public = re.search(r"set\(headers (.*?)\)", (source / "cmake/development.cmake").read_text(encoding="utf-8"), re.DOTALL)[1]
     included = re.findall(r'#include "(.*)"', (own / "every_header.cpp").read_text(encoding="utf-8"))
     expect(sorted(public.split()) == included, "example/every_header.cpp includes other headers than cmake/development.cmake installs")
-    run(["cmake", "-S", own, "-B", own / "build", f"-DCMAKE_PREFIX_PATH={second}", "-DCMAKE_BUILD_TYPE=Release"])
+    run(["cmake", "-G", "Unix Makefiles", "-S", own, "-B", own / "build", f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release"])
     run(["cmake", "--build", own / "build"])
+    check_development_depends(build, own / "build")
     need_device(build / "fringetwin")
     printed = run([own / "build/example", twin], bare())
     run([build / "fringetwin", "cosim", twin, "--out", scratch / "out"], bare())
@@ -209,24 +261,58 @@ def check_library(build, source, scratch):
     expect(own_radii == radii, f"the example measures {own_radii}, the program {radii}")
 
 
+def check_module(build, source, scratch):
+    if not (build / "python/fringetwin").is_dir():
+        print("skipped: no Python module without pybind11-dev and python3-dev")
+        sys.exit(77)
+    prefix, made = install_moved(build, source, scratch, "development", "program"), scratch / "made"
+    run(["cmake", "-S", prefix / "share/fringetwin/python", "-B", made])
+    run(["cmake", "--build", made])
+    own = scratch / "own"
+    run(["cmake", "--install", made, "--prefix", own])
+    check_places(own, [str(build), str(source)])
+    folder = own / "lib/python3/dist-packages"
+    environment = {**bare(), "PYTHONPATH": str(folder)}
+    printed = run(["/usr/bin/python3", "-B", "-c", "import fringetwin; print(fringetwin.__file__, fringetwin.version())"], environment)
+    expect(printed == f"{folder}/fringetwin/__init__.py {run([prefix / 'bin/fringetwin', 'version'], bare())}", f"it is {printed}")
+    expect((folder / "fringetwin/libfringetwin_image_codecs.so").is_file(), "the program's module for TIFF is not beside the Python module")
+    need_device(prefix / "bin/fringetwin")
+    example = own / "share/doc/python3-fringetwin/examples/gain.py"
+    printed = run(["/usr/bin/python3", "-B", example, source / TWIN, scratch / "out"], environment)
+    verdicts = re.findall(r"^\w+ .*: (.*explained.*)", printed, re.MULTILINE)
+    expect(verdicts and set(verdicts) == {"explained"}, f"the example says {verdicts}")
+
+
+def check_configure(_build, source, scratch):
+    build_line = "cmake --preset release (.*) && cmake --build build --target packaged"
+    options = re.search(build_line, (source / "Containerfile").read_text(encoding="utf-8"))
+    expect(options, "the Containerfile builds otherwise than this test")
+    run(["cmake", "--preset", "release", "-B", scratch / "build", *options[1].split()], folder=source)
+    steps = run(["cmake", "--build", scratch / "build", "--target", "packaged", "--", "-n"])
+    expect("Linking CXX executable fringetwin" in steps and "_tests" not in steps, f"it would build {steps}")
+
+
 def check_lintian(build, _source, scratch):
     if not shutil.which("lintian"):
         print("skipped: lintian is not installed")
         sys.exit(77)
-    said = run(["lintian", "--allow-root", "--fail-on", "none", make_package(build, scratch)])
+    said = run(["lintian", "--allow-root", "--fail-on", "none", *make_packages(build, scratch).values()])
     expect(not re.search("^[EW]:", said, re.MULTILINE), said)
+
+
+CHECKS = {"configure": check_configure, "install": check_install, "package": check_package, "lintian": check_lintian,
+          "library": check_library, "module": check_module}
 
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("check", choices=["install", "package", "lintian", "library"])
+    parser.add_argument("check", choices=sorted(CHECKS))
     parser.add_argument("--build", required=True)
     parser.add_argument("--source", required=True)
     chosen = parser.parse_args()
-    check = {"install": check_install, "package": check_package, "lintian": check_lintian, "library": check_library}[chosen.check]
     with tempfile.TemporaryDirectory() as scratch:
         try:
-            check(pathlib.Path(chosen.build).resolve(), pathlib.Path(chosen.source).resolve(), pathlib.Path(scratch))
+            CHECKS[chosen.check](pathlib.Path(chosen.build).resolve(), pathlib.Path(chosen.source).resolve(), pathlib.Path(scratch))
         except Fault as fault:
             print(fault)
             sys.exit(1)
