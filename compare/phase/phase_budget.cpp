@@ -20,6 +20,11 @@ using measure::DirectionDecode;
 
 constexpr int kBlock = 16;  ///< px; slower than this is low frequency
 constexpr std::size_t kFewestInBlock = 64;
+constexpr int kGradientOver = 8;   ///< px, between which the width of the fringes is seen
+constexpr int kEveryGradient = 7;  ///< pixel, in both directions
+constexpr int kBlocksAtOnce = 512;
+constexpr std::uint64_t kFewestOfPlane = 16;  ///< pixels of a block
+constexpr double kNoPlane = 1e-6;             ///< of the sums of squares: pixels of one line
 constexpr std::uint64_t kFewestPixels = 1000;
 constexpr double kSteep = 0.1;       ///< of a pixel's noise: a shift by texture that may add up
 constexpr Eigen::Index kBatch = 64;  ///< pixels per update of the normal matrix
@@ -105,15 +110,15 @@ class PhaseBudgetFit {
 
   std::optional<RippleTest> test(ImageU8 interior, const TextureShift& texture) {
     leave_out_steep_texture(texture.largest_rad, interior);
-    const RippleSums sums = add_rows(&interior);
+    const RippleSums sums = add_blocks(interior);
     if (sums.n < kFewestPixels) return std::nullopt;
     RippleTest out{.order = ripple_.order,
                    .strongest = ripple_.order,
                    .functions = ripple_.per_group(),
                    .information = sums.information};
     const int leading = ripple_.leading();
-    const double by_mean = solve(sums, 1), by_leading = solve(sums, leading);
-    if (ripple_.has_brightness()) out.brightness_chi2 = std::max(0.0, by_leading - by_mean) / out.functions;
+    const double by_leading = ripple_.has_brightness() ? solve(sums, leading) : 0.0;
+    if (ripple_.has_brightness()) out.brightness_chi2 = by_leading / out.functions;
     out.harmonic_chi2 = std::max(0.0, solve(sums, ripple_.size()) - by_leading) / out.functions;
     double single = 0.0, twice = 0.0;
     for (int k = leading; k < ripple_.size(); k += 4) {
@@ -160,18 +165,110 @@ class PhaseBudgetFit {
   }
   double real_px(std::size_t i) const { return static_cast<double>(real_.coordinate_px.data[i]); }
 
-  /// Adds up the normal equations, rows in order: the same for any number of threads. `interior`: of its
-  /// pixels only, each weighted by its noise; null: of all pixels, alike.
-  RippleSums add_rows(const ImageU8* interior = nullptr) const {
+  /// What is smooth in a block of pixels: its side, and the functions 1, x, y, or 1 alone where two fringes
+  /// of the widest pitch do not fit into the image: a plane would take most of a ripple of one per fringe.
+  struct Smooth {
+    int side, functions;
+  };
+  Smooth smooth_blocks(const ImageU8& interior) const {
+    std::vector<double> per_pixel;  // projector px; over a distance, so that noise does not count
+    for (int y = 0; y + kGradientOver < difference_.height; y += kEveryGradient)
+      for (int x = 0; x + kGradientOver < difference_.width; x += kEveryGradient) {
+        const double here = real_.coordinate_px(x, y),
+                     g = std::hypot(real_.coordinate_px(x + kGradientOver, y) - here,
+                                    real_.coordinate_px(x, y + kGradientOver) - here) /
+                         kGradientOver;
+        if (interior(x, y) != 0 && std::isfinite(g)) per_pixel.push_back(g);
+      }
+    if (per_pixel.empty()) return {kBlock, 3};
+    const auto middle = per_pixel.begin() + static_cast<std::ptrdiff_t>(per_pixel.size() / 2);
+    std::ranges::nth_element(per_pixel, middle);
+    const double two_fringes = 2.0 * *std::ranges::max_element(ripple_.pitch_px) / std::max(*middle, 1e-9);
+    const int all = std::max(difference_.width, difference_.height);
+    if (two_fringes > all) return {all, 1};
+    return {std::max(kBlock, static_cast<int>(two_fringes)), 3};
+  }
+
+  /// Adds up the normal equations over the interior, each pixel weighted by its noise, blocks in order: the
+  /// same for any number of threads. What fringes that lie elsewhere leave in a block, a plane, is projected
+  /// out of difference and ripples: camera pixels sample some ripples so that they look as slow as that.
+  RippleSums add_blocks(const ImageU8& interior) const {
+    const Smooth smooth = smooth_blocks(interior);
+    const int m = ripple_.size(), across = (difference_.width + smooth.side - 1) / smooth.side,
+              n_blocks = across * ((difference_.height + smooth.side - 1) / smooth.side);
+    RippleSums sums{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
+    for (int first = 0; first < n_blocks; first += kBlocksAtOnce) {
+      std::vector<RippleSums> blocks(static_cast<std::size_t>(std::min(kBlocksAtOnce, n_blocks - first)));
+#pragma omp parallel for schedule(dynamic)
+      for (std::size_t k = 0; k < blocks.size(); ++k) {
+        const int b = first + static_cast<int>(k);
+        blocks[k] = block_sums(interior, b % across * smooth.side, b / across * smooth.side, smooth);
+      }
+      for (const RippleSums& block : blocks) {
+        if (block.right.size() == 0) continue;
+        sums.n += block.n;
+        sums.information += block.information;
+        sums.normal += block.normal;
+        sums.right += block.right;
+      }
+    }
+    return sums;
+  }
+
+  /// Returns the sums of a block, empty where too few pixels tell what is smooth.
+  RippleSums block_sums(const ImageU8& interior, int x0, int y0, const Smooth& smooth) const {
+    const int m = ripple_.size(), f_smooth = smooth.functions,
+              every = row_step(difference_.width, difference_.height);
+    RippleSums s;
+    // of each pixel the ripples, what is smooth and the difference, to be added up as one matrix
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(m + f_smooth + 1, m + f_smooth + 1),
+                    f(m + f_smooth + 1, kBatch);
+    Eigen::Index filled = 0;
+    const auto add_batch = [&] {
+      all.selfadjointView<Eigen::Lower>().rankUpdate(f.leftCols(filled));
+      filled = 0;
+    };
+    for (int y = y0; y < std::min(y0 + smooth.side, difference_.height); ++y) {
+      if (y % every != 0) continue;
+      for (int x = x0; x < std::min(x0 + smooth.side, difference_.width); ++x) {
+        const auto d = static_cast<double>(difference_(x, y));
+        const std::size_t i = difference_.index(x, y);
+        const double noise = noise_variance(i);
+        if (std::isnan(d) || interior(x, y) == 0 ||
+            !(noise > 0.0 && std::isfinite(real_.coordinate_sigma_px.data[i])))
+          continue;
+        const double weight = 1.0 / std::sqrt(noise), half = 0.5 * smooth.side;
+        const double plane[] = {1.0, (x - x0) / half - 1.0, (y - y0) / half - 1.0};
+        ripple_.basis(place_px(i), f.col(filled).data());
+        for (int k = 0; k < f_smooth; ++k) f(m + k, filled) = plane[k];
+        f(m + f_smooth, filled) = d;
+        f.col(filled) *= weight;
+        s.information += weight * weight;
+        ++s.n;
+        if (++filled == kBatch) add_batch();
+      }
+    }
+    add_batch();
+    all = Eigen::MatrixXd(all.selfadjointView<Eigen::Lower>());
+    const Eigen::MatrixXd own = all.block(m, m, f_smooth, f_smooth);
+    const Eigen::VectorXd size = symmetric_eigen(own).values;
+    if (s.n < kFewestOfPlane || !(size[0] > kNoPlane * size[f_smooth - 1])) return {};
+    const Eigen::MatrixXd by_smooth = solve_symmetric(own, all.block(m, 0, f_smooth, m));
+    s.normal = all.topLeftCorner(m, m) - all.block(0, m, m, f_smooth) * by_smooth;
+    s.right =
+        all.block(0, m + f_smooth, m, 1) - by_smooth.transpose() * all.block(m, m + f_smooth, f_smooth, 1);
+    return s;
+  }
+
+  /// Adds up the normal equations, rows in order: the same for any number of threads.
+  RippleSums add_rows() const {
     const int height = difference_.height, m = ripple_.size();
-    const int every = row_step(difference_.width, height);
     std::vector<RippleSums> rows(static_cast<std::size_t>(height));
 #pragma omp parallel for schedule(static)
     for (int y = 0; y < height; ++y) {
       RippleSums& s = rows[y];
       s.normal = Eigen::MatrixXd::Zero(m, m);
       s.right = Eigen::VectorXd::Zero(m);
-      if (interior && y % every != 0) continue;
       // pixels are added in batches: one update of the matrix for many
       Eigen::MatrixXd f(m, kBatch);
       Eigen::VectorXd differences(kBatch);
@@ -183,15 +280,11 @@ class PhaseBudgetFit {
       };
       for (int x = 0; x < difference_.width; ++x) {
         const auto d = static_cast<double>(difference_(x, y));
-        if (std::isnan(d) || (interior && (*interior)(x, y) == 0)) continue;
+        if (std::isnan(d)) continue;
         const std::size_t i = difference_.index(x, y);
-        const double noise = noise_variance(i);
-        if (interior && !(noise > 0.0 && std::isfinite(real_.coordinate_sigma_px.data[i]))) continue;
-        const double weight = interior ? 1.0 / std::sqrt(noise) : 1.0;
-        ripple_.basis(interior ? place_px(i) : real_px(i), f.col(filled).data());
-        if (interior) f.col(filled) *= weight;
-        differences[filled] = weight * d;
-        s.d += d, s.d2 += d * d, s.noise += noise, s.information += weight * weight;
+        ripple_.basis(real_px(i), f.col(filled).data());
+        differences[filled] = d;
+        s.d += d, s.d2 += d * d, s.noise += noise_variance(i);
         ++s.n;
         if (++filled == kBatch) add_batch();
       }
@@ -202,7 +295,6 @@ class PhaseBudgetFit {
       sums.normal += row.normal;
       sums.right += row.right;
       sums.d += row.d, sums.d2 += row.d2, sums.noise += row.noise, sums.n += row.n;
-      sums.information += row.information;
     }
     sums.normal = Eigen::MatrixXd(sums.normal.selfadjointView<Eigen::Lower>());
     return sums;

@@ -36,6 +36,7 @@ struct Bench {
   Twin twin;
   double noise_dn = 0.6, fifth_dn = 2.14, eleventh_dn = 0.0;
   double flicker = 0.0;  ///< step 3 is brighter by this share
+  double per_px = 2.3;   ///< columns of the projector
   unsigned seed = 3;
 
   Bench() {
@@ -47,7 +48,7 @@ struct Bench {
     twin.fringes.steps = 12;
     twin.fringes.unwrap = Unwrap::gray;
   }
-  static double column(int x, int y) { return 200.0 + 2.3 * x + 0.15 * y; }
+  double column(int x, int y) const { return 200.0 + per_px * x + 0.15 * y; }
 
   /// Decoded from `steps` of twelve images with the harmonic and noise.
   measure::DirectionDecode decoded(const std::vector<int>& steps, double shift_px = 0.0) {
@@ -173,6 +174,7 @@ TEST(PhaseBudget, FewPixelsOrNoStepsHaveNone) {
 /// Both sides are decoded from `steps`, with noise of their own; the real one has the fault.
 RippleTest ripple_between(Bench real, const std::vector<int>& steps) {
   Bench simulated;
+  simulated.per_px = real.per_px;
   simulated.fifth_dn = 0.0;
   simulated.seed = 11;
   const measure::DirectionDecode a = real.decoded(steps), b = simulated.decoded(steps);
@@ -212,6 +214,59 @@ TEST(RippleTest, NoiseOnFringesThatRippleIsNone) {
     const RippleTest more =
         test_ripple(real.twin, real.decoded(kOdd), b, kOdd, interior, texture_shift(a, b)).value();
     EXPECT_GT(more.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0));
+  }
+}
+
+// A fringe of 26 camera pixels, of which a ripple of 6 per fringe is told from fringes that lie elsewhere. Of
+// fringes of 6.1 pixels the camera sees a ripple of 6 per fringe as one of 60 pixels: as slow as a shift of
+// the fringes may be, and only a shift is here, 20 times the noise of a pixel.
+TEST(RippleTest, FringesThatLieElsewhereAreNone) {
+  for (const double per_px : {2.3, kPitch / 6.1}) {
+    Bench real, simulated;
+    real.per_px = simulated.per_px = per_px;
+    real.fifth_dn = simulated.fifth_dn = 0.0;
+    simulated.seed = 11;
+    const measure::DirectionDecode a = real.decoded(kEven);
+    measure::DirectionDecode b = simulated.decoded(kEven);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const double u = 2.0 * x / kWidth - 1.0, v = 2.0 * y / kHeight - 1.0;
+        b.coordinate_px(x, y) += kPitch / kTwoPi * 0.2 * (u + 0.5 * v * v - 0.5 * u * v);
+      }
+    const ImageU8 interior(kWidth, kHeight, 1);
+    const RippleTest t = test_ripple(real.twin, a, b, kEven, interior, texture_shift(a, b)).value();
+    EXPECT_LT(t.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0)) << per_px;
+    EXPECT_LT(t.brightness_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0)) << per_px;
+  }
+}
+
+// Fringes of 150 camera pixels, of which the image holds hardly two, and noise of a pixel that is larger than
+// what the fringe turns by from one to the next: an image that is too bright is seen there as well.
+TEST(RippleTest, AnImageThatIsTooBrightIsSeenOnWideFringes) {
+  for (const double per_px : {2.3, 0.4}) {
+    Bench wrong;
+    wrong.per_px = per_px;
+    wrong.noise_dn = 3.0;
+    wrong.fifth_dn = 0.0;
+    wrong.flicker = 0.02;  // ten times that of the next test, for five times its noise
+    const RippleTest t = ripple_between(wrong, measure::all_steps(12));
+    EXPECT_GT(t.brightness_chi2, 2.0 * (1.0 + 5.0 * std::sqrt(2.0 / 4.0))) << per_px;
+    EXPECT_LT(t.harmonic_chi2, 1.0 + 5.0 * std::sqrt(2.0 / 4.0)) << per_px;
+  }
+}
+
+// 2700 pixels, 15 in a row of each block of 16 x 16, do not tell what is smooth in it: that is no test, and
+// no agreement. Two such rows are one.
+TEST(RippleTest, TooFewPixelsInEachBlockAreNone) {
+  Bench real, simulated;
+  real.per_px = simulated.per_px = kPitch / 6.1;
+  simulated.seed = 11;
+  const measure::DirectionDecode a = real.decoded(kEven), b = simulated.decoded(kEven);
+  for (const int n_rows : {1, 2}) {
+    ImageU8 interior(kWidth, kHeight, 0);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) interior(x, y) = x % 16 < 15 && y % 16 < n_rows ? 1 : 0;
+    EXPECT_EQ(test_ripple(real.twin, a, b, kEven, interior, texture_shift(a, b)).has_value(), n_rows == 2);
   }
 }
 
