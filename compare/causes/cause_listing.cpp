@@ -2,6 +2,7 @@
 // What a search for causes says: the rows of its groups, their order, and the gain beside what is named.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "compare/causes/cause_search.hpp"
 #include "report/text.hpp"
@@ -56,10 +57,24 @@ void CauseSearch::list_named(const std::vector<std::size_t>& named, Causes& out)
     row.in_order = together - before;
     before = together;
   }
+  say_what_looks_the_same(named, out);
   sort(out);
   out.rest = 1.0 - before;
   out.chi2_after = first.fit.chi2;
   offer_gain(first, out);
+}
+
+void CauseSearch::say_what_looks_the_same(const std::vector<std::size_t>& named, Causes& out) const {
+  std::set<std::size_t> groups;
+  for (const std::size_t left_out : explaining())
+    for (const std::size_t k : named)
+      if (stands_for_contrast(tried_[k], tried_[left_out]))
+        for (const std::size_t g : tried_[k].groups)
+          if (std::ranges::find(tried_[left_out].groups, g) == tried_[left_out].groups.end())
+            groups.insert(g);
+  for (CauseRow& row : out.rows)
+    for (const std::size_t g : groups)
+      if (row.group == groups_[g].name) row.cause += " (here another contrast of all fringes looks the same)";
 }
 
 void CauseSearch::add_texture_beside(Causes& out) const {

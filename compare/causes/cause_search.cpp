@@ -5,7 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <string_view>
 #include <utility>
+
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -30,6 +33,9 @@ constexpr PixelField kFields[] = {
      "a factor per pixel (texture, gloss, a projector that lights unevenly, pixels of unequal gain)"},
     {FreePerPixel::factor_and_offset, "texture and offset",
      "a factor and an offset per pixel (uneven surface and room light, or pixels that are not alike)"}};
+
+/// What takes contrast from the fringes by a known way: of one pitch as another contrast of all does.
+constexpr std::string_view kTakeContrast[] = {"blur", "halo", "camera_psf", "subsurface"};
 
 }  // namespace
 
@@ -141,6 +147,10 @@ double CauseSearch::removed_by(const NormalEquations& e, const std::vector<std::
          static_cast<double>(every) * static_cast<double>(with.n_determined - without.n_determined);
 }
 
+std::size_t CauseSearch::group_at(const char* name) const {
+  return static_cast<std::size_t>(std::ranges::find(groups_, name, &CauseGroup::name) - groups_.begin());
+}
+
 bool CauseSearch::is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
 
 bool CauseSearch::is_one_spread(std::size_t g, std::size_t other) const {
@@ -165,6 +175,29 @@ double CauseSearch::share(double removed, const std::vector<CauseRegion>& after)
 }
 
 std::vector<std::size_t> CauseSearch::alike() const {
+  std::vector<std::size_t> named = explaining();
+  const std::vector<std::size_t> all = named;
+  std::erase_if(named, [&](std::size_t k) {
+    return std::ranges::any_of(
+        all, [&](std::size_t known) { return stands_for_contrast(tried_[known], tried_[k]); });
+  });
+  return named;
+}
+
+bool CauseSearch::stands_for_contrast(const TriedExplanation& known, const TriedExplanation& contrast) const {
+  if (known.field != contrast.field || known.groups.size() != contrast.groups.size()) return false;
+  std::vector<std::size_t> rest = known.groups;  // without what both have
+  bool has_contrast = false;
+  for (const std::size_t g : contrast.groups)
+    if (groups_[g].name == "fringe_contrast")
+      has_contrast = true;
+    else
+      std::erase(rest, g);
+  return has_contrast && rest.size() == 1 &&
+         std::ranges::find(kTakeContrast, groups_[rest[0]].name) != std::end(kTakeContrast);
+}
+
+std::vector<std::size_t> CauseSearch::explaining() const {
   std::vector<TriedCause> all;
   double least = sensitivity_.chi2_limit(static_cast<double>(n_));
   for (const TriedExplanation& t : tried_) {
@@ -186,6 +219,7 @@ CauseFit CauseSearch::fit(const std::vector<std::size_t>& groups, const PixelFie
     }
   if (first) {
     start.values = start_values(own);
+    FT_CHECK(first->values.size() <= start.values.size(), "the first groups are among these");
     start.values.head(first->values.size()) = first->values;
     start.predicted = first->predicted;
     if (first->columns.each.size() == own.size()) {
@@ -235,15 +269,14 @@ void CauseSearch::try_alone(std::vector<CauseRow>& rows) {
     if (promised[g] < least) break;
     fit_alone(g, g == nearest_ && !is_switch(g) ? &*begin_ : nullptr, rows[g], least);
   }
+  try_place_and_size(rows);
 }
 
 void CauseSearch::promise_of_the_curved(std::vector<double>& removed_by_group) const {
-  const auto at = [this](const char* name) {
-    return static_cast<std::size_t>(std::ranges::find(groups_, name, &CauseGroup::name) - groups_.begin());
-  };
   for (const auto& [curved, other] :
        {std::pair{"camera_knee", "camera_response"}, std::pair{"subsurface", "blur"}})
-    if (const std::size_t g = at(curved), as = at(other); g < groups_.size() && as < groups_.size())
+    if (const std::size_t g = group_at(curved), as = group_at(other);
+        g < groups_.size() && as < groups_.size())
       removed_by_group[g] = std::max(removed_by_group[g], removed_by_group[as]);
 }
 
@@ -271,9 +304,35 @@ void CauseSearch::try_where_fits_are(std::vector<CauseRow>& rows, std::vector<st
   }
 }
 
+void CauseSearch::try_place_and_size(const std::vector<CauseRow>& rows) {
+  const std::vector<std::size_t> both{group_at("pose"), group_at("size")};
+  for (const std::size_t g : both)
+    if (g == groups_.size() || rows[g].passes) return;
+  std::vector<Parameter> own;
+  for (const std::size_t g : both)
+    for (const std::size_t k : groups_[g].at) own.push_back(parameters_[k]);
+  const std::optional<Eigen::VectorXd> values = values_of_fits(fits_, twin_, own);
+  if (!values) return;
+  CauseFit begin{.sensors = sensitivity_, .fitted = {}};
+  begin.values = *values;
+  begin.predicted = sensitivity_.predicted(twin_, own, *values);
+  try_fit(both, nullptr, &begin);
+  settle_pair(tried_.back(), rows);
+}
+
+void CauseSearch::settle_pair(TriedExplanation& pair, const std::vector<CauseRow>& rows) const {
+  for (const std::size_t k : {0u, 1u}) {
+    const double alone = before_ - rows[pair.groups[1 - k]].removed;
+    if (alone - pair.fit.tried.chi2 < worth_naming(static_cast<double>(groups_[pair.groups[k]].at.size())))
+      pair.fit.tried.passes = false;
+  }
+  if (rows[pair.groups[1]].removed > rows[pair.groups[0]].removed) std::swap(pair.groups[0], pair.groups[1]);
+}
+
 void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
-  std::vector<std::size_t> firsts(tried_.size());
-  for (std::size_t k = 0; k < firsts.size(); ++k) firsts[k] = k;
+  std::vector<std::size_t> firsts;  // fits of single groups
+  for (std::size_t k = 0; k < tried_.size(); ++k)
+    if (tried_[k].groups.size() == 1 && !tried_[k].field) firsts.push_back(k);
   std::ranges::stable_sort(
       firsts, [&](auto a, auto b) { return tried_[a].fit.tried.chi2 < tried_[b].fit.tried.chi2; });
   firsts.resize(std::min(firsts.size(), kMostFirst));
@@ -324,15 +383,8 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     ++n_tried;
     const CauseFit begin = tried_[first].fit;  // tried_ grows
     try_fit(both, nullptr, is_one_spread(both[0], both[1]) ? nullptr : &begin);
-    TriedCause& tried = tried_.back().fit.tried;
-    for (const std::size_t k : {0u, 1u}) {
-      const double alone = before_ - rows[both[1 - k]].removed;
-      if (alone - tried.chi2 < worth_naming(static_cast<double>(groups_[both[k]].at.size())))
-        tried.passes = false;  // one of them is for nothing
-    }
-    if (tried.passes) passed = &pair;
-    if (rows[both[1]].removed > rows[both[0]].removed)
-      std::swap(tried_.back().groups[0], tried_.back().groups[1]);
+    settle_pair(tried_.back(), rows);
+    if (tried_.back().fit.tried.passes) passed = &pair;
   }
 }
 

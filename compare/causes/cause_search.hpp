@@ -54,11 +54,16 @@ class CauseSearch {
   /// Returns whether these are the halo and the blur of one point spread, which no linear step tells to be
   /// wrong together: a part without light has no width.
   bool is_one_spread(std::size_t g, std::size_t other) const;
+  /// Returns the place of a group among groups_; their number where it has none.
+  std::size_t group_at(const char* name) const;
   bool moves_objects(std::size_t g) const;
   /// Returns the share of what fails that is taken away: of the excess of single values, or else of that of
   /// the kinds of regions that fail. NaN where only regions fail and what is left in them is not known.
   double share(double removed, const std::vector<CauseRegion>& after) const;
   /// Returns those that explain the difference and cannot be told apart.
+  std::vector<std::size_t> explaining() const;
+  /// Returns these without another contrast of all fringes where a known way that light loses contrast (blur,
+  /// ...) explains the same.
   std::vector<std::size_t> alike() const;
   /// Fits groups to convergence, in a field or without; `first`: begins where this fit ended.
   CauseFit fit(const std::vector<std::size_t>& groups, const PixelField* field, const CauseFit* first,
@@ -74,6 +79,12 @@ class CauseSearch {
   void fit_alone(std::size_t g, const CauseFit* first, CauseRow& row, double& least);
   /// Fits the groups to convergence from where the objects' fits put them: too far for a linear step.
   void try_where_fits_are(std::vector<CauseRow>& rows, std::vector<std::size_t>& not_yet, double& least);
+  /// Fits place and size together where the objects' fits find both wrong and neither was found to explain
+  /// all alone: a group of more numbers that does is their rival.
+  void try_place_and_size(const std::vector<CauseRow>& rows);
+  /// A pair does not pass unless each of its groups is worth naming beside the other; the one that takes away
+  /// more alone comes first.
+  void settle_pair(TriedExplanation& pair, const std::vector<CauseRow>& rows) const;
   /// Writes what a fit by itself found into the row.
   void take(const CauseFit& fit, CauseRow& row) const;
   static void take_values(const CauseFit& fit, CauseRow& row);
@@ -89,6 +100,11 @@ class CauseSearch {
   void try_fields_with_groups();
   static const PixelField* field_of(FreePerPixel free);
   std::string name_of(const TriedExplanation& tried) const;
+  /// Returns whether an explanation is another one with a blur, or what else takes contrast, in the place of
+  /// another contrast of all fringes.
+  bool stands_for_contrast(const TriedExplanation& known, const TriedExplanation& contrast) const;
+  /// Says beside what takes contrast that another contrast of all fringes would look the same.
+  void say_what_looks_the_same(const std::vector<std::size_t>& named, Causes& out) const;
   /// Puts the named ones first, the first of them with its order, values and sensors.
   void list_named(const std::vector<std::size_t>& named, Causes& out) const;
   /// What scales the light over a single camera's image may as well be on the surfaces.

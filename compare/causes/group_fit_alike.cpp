@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "compare/causes/group_fit.hpp"
@@ -14,7 +15,10 @@
 namespace fringetwin::compare {
 namespace {
 
-constexpr double kAlike = 0.98;      ///< canonical correlation of two groups
+constexpr double kAlike = 0.98;  ///< canonical correlation of two groups
+/// Of place and size: a ball that is nearer and smaller differs by the curvature of its fringes alone, and
+/// still by many standard errors, which are 16 times as large then.
+constexpr double kAlikePlaceAndSize = 0.998;
 constexpr double kSameLight = 1e-6;  ///< smallest eigenvalue of the correlation matrix
 
 /// Returns what a group is told apart from others as: higher orders and a field are the harmonics' own,
@@ -63,7 +67,7 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
     return in;
   };
   std::string sentence;
-  double most = kAlike;
+  double most = 0.0;
   for (std::size_t a = 0; a < groups.size(); ++a)
     for (std::size_t b = a + 1; b < groups.size(); ++b) {
       const std::vector<Eigen::Index> in_a = members(groups[a]), in_b = members(groups[b]);
@@ -73,15 +77,19 @@ std::string GroupFit::alike_groups(const NormalEquations& e, FreePerPixel free) 
       const Eigen::MatrixXd across = white_a.transpose() * own(in_a, in_b) * white_b;
       const SymmetricEigen squared = symmetric_eigen(across * across.transpose());
       const Eigen::VectorXd correlations = squared.values.cwiseMax(0.0).cwiseSqrt();
-      if (!(correlations.maxCoeff() > most)) continue;
+      const bool are_place_and_size =
+          std::ranges::all_of(std::array{groups[a], groups[b]},
+                              [](const std::string& group) { return group == "pose" || group == "size"; });
+      const double too_much = are_place_and_size ? kAlikePlaceAndSize : kAlike;
+      if (!(correlations.maxCoeff() > std::max(most, too_much))) continue;
       most = correlations.maxCoeff();
       std::vector<std::string> names;
       const auto add_names = [&](const Eigen::MatrixXd& directions, const std::vector<Eigen::Index>& in) {
         for (std::size_t i = 0; i < in.size(); ++i) {
           const double size = std::sqrt(own(in[i], in[i]));  // in units of each parameter's own effect
           for (Eigen::Index k = 0; k < correlations.size(); ++k)
-            if (correlations[k] > kAlike && size * std::abs(directions(static_cast<Eigen::Index>(i), k)) >
-                                                ScaledEigen::kInNullDirection) {
+            if (correlations[k] > too_much && size * std::abs(directions(static_cast<Eigen::Index>(i), k)) >
+                                                  ScaledEigen::kInNullDirection) {
               names.push_back(parameters_[told[in[i]]].name);
               break;
             }

@@ -74,13 +74,14 @@ void expect_found(const Twin& twin, const std::string& group, const std::vector<
   EXPECT_LT(step.chi2, 1.05 * static_cast<double>(e.n));
 }
 
-TEST(PlantedGroups, SizeIntrinsicsAndGloss) {
+TEST(PlantedGroups, SizeIntrinsicsGlossAndContrast) {
   const Twin twin = window_on_the_sphere();
   const std::pair<std::string, Planted> cases[] = {{"size", {"ball.radius_mm", 0.02}},
                                                    {"intrinsics", {"projector.principal_point_px.x", 0.05}},
                                                    {"intrinsics", {"right.principal_point_px.x", -0.05}},
                                                    {"intrinsics", {"projector.focal_px", 0.5}},
-                                                   {"specular", {"ball.specular", 0.02}}};
+                                                   {"specular", {"ball.specular", 0.02}},
+                                                   {"fringe_contrast", {"projector.fringe_contrast", -0.02}}};
   for (const auto& [group, planted] : cases)
     for (const Parameter& p : parameters_of(twin, group))
       if (p.name == planted.name) {

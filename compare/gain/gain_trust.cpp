@@ -150,8 +150,8 @@ class GainTrust {
           between->sigma_inflation > kMeansScatterMore * std::max(within->sigma_inflation, 1.0);
       return fmt::format("the modulation of the pixels says {:.6g} DN, their means {:.6g} DN: {}",
                          within->gain_dn, between->gain_dn,
-                         light ? "light that the twin lacks (room light, albedo, shading), and the "
-                                 "modulation's gain is the better one"
+                         light ? "light that the twin lacks (room light, albedo, shading), and where the "
+                                 "fringes' contrast is the twin's the modulation's gain is the better one"
                                : "contrast, phase or form of the fringes differs, and where that is blur or "
                                  "a shift the means' gain is the better one");
     }

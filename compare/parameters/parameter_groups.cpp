@@ -86,6 +86,10 @@ const std::vector<ParameterGroup>& parameter_groups() {
       {"contrast", "contrast of each pitch's fringes, of that of the widest pitch",
        "the contrast of the fringes falls from pitch to pitch in another way than by blur (veiling glare)",
        "", "", false},
+      {"fringe_contrast", "contrast of the fringes of all pitches together",
+       "the fringes of all pitches have another contrast than the twin's (the projector's black level, "
+       "glare, "
+       "the amplitude shown)"},
       {"blur_field", "how the blur's variance varies over the projector's image: a quadratic, five numbers",
        "the projector is sharper here than there (blur_field_px2)", "", "", false},
   };

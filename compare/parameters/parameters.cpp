@@ -79,6 +79,7 @@ class ParameterList : private GroupList {
       add_orders(kMostHarmonics + 1, kMostHigh);
     if (group_ == "harmonics_field") add_harmonics_field();
     if (group_ == "contrast") add_contrast();
+    if (group_ == "fringe_contrast") add_contrast_of_all();
     if (group_ == "blur") add_blur();
     if (group_ == "blur_field") add_blur_field();
     if (group_ == "halo") add_halo();
@@ -142,8 +143,35 @@ class ParameterList : private GroupList {
         }
   }
 
-  /// Of every pitch but the widest one of the first direction: what all pitches share is the gain's, and the
-  /// black level's.
+  /// What all fringes keep of their contrast, shown as that of the widest pitch of the first direction. On an
+  /// even surface a gain and a black level do the same.
+  void add_contrast_of_all() {
+    if (!twin_.projector || twin_.fringes.steps == 0) return;
+    const DirectionFringes& first = twin_.fringes.directions.front();
+    const auto widest =
+        static_cast<std::size_t>(std::ranges::max_element(first.pitches_px) - first.pitches_px.begin());
+    const double start = first.contrast_of(widest);
+    std::vector<std::vector<double>> shares;  // of each pitch, of what the widest one changes by
+    double most = 1.0;
+    for (const DirectionFringes& direction : twin_.fringes.directions) {
+      std::vector<double>& of_direction = shares.emplace_back();
+      for (std::size_t p = 0; p < direction.pitches_px.size(); ++p)
+        of_direction.push_back(direction.contrast_of(p) / start);
+      most = std::max(most, std::ranges::max(of_direction));
+    }
+    Parameter& parameter =
+        add("projector.fringe_contrast", "", start, 0.01, [shares](Twin& t, double change) {
+          for (std::size_t d = 0; d < shares.size(); ++d) {
+            std::vector<double>& contrast = t.fringes.directions[d].contrast;
+            contrast.resize(shares[d].size(), 1.0);
+            for (std::size_t p = 0; p < contrast.size(); ++p) contrast[p] += change * shares[d][p];
+          }
+        });
+    parameter.smallest = kSmallestContrast;
+    parameter.largest = kLargestContrast / most;
+  }
+
+  /// Of every pitch but the widest one of the first direction: what all pitches share is fringe_contrast's.
   void add_contrast() {
     if (!twin_.projector || twin_.fringes.steps == 0) return;
     for (std::size_t d = 0; d < twin_.fringes.directions.size(); ++d) {

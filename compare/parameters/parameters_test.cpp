@@ -320,7 +320,22 @@ TEST(Parameters, TermsOfTheBlursField) {
   EXPECT_THAT(names_of(twin, "blur_field"), ::testing::IsEmpty());
 }
 
-// What the widest pitch has is the gain's.
+// What all pitches share, in the units of the widest one.
+TEST(Parameters, ContrastOfAllFringesScalesThatOfEachPitch) {
+  Twin twin = rich_twin();
+  twin.fringes.directions[0].pitches_px = {16, 64, 4.5};
+  twin.fringes.directions[0].contrast = {0.9, 0.8, 1.0};
+  EXPECT_THAT(names_of(twin, "fringe_contrast"), ::testing::ElementsAre("projector.fringe_contrast"));
+  const Parameter p = named(twin, "projector.fringe_contrast");
+  EXPECT_EQ(p.start, 0.8);
+  EXPECT_EQ(p.largest, 2.0 * 0.8);  // then the contrast of the finest is 2, the most that a twin may have
+  const std::vector<double> halved = with_change(twin, p, -0.4).fringes.directions[0].contrast;
+  ASSERT_EQ(halved.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(halved[k], 0.5 * twin.fringes.directions[0].contrast[k], kRounding);
+}
+
+// What the widest pitch has is that of all.
 TEST(Parameters, ContrastOfEachPitchButTheWidest) {
   Twin twin = rich_twin();
   twin.fringes.directions[0].pitches_px = {16, 64, 4.5};

@@ -20,10 +20,11 @@ bool is_no_parameter(const std::string& name) {
 }
 
 /// A device's or an object's name alone asks for all of it but these groups, and what no key holds.
-constexpr std::array kByThemselves{"size",       "specular",        "intrinsics",      "motion",
-                                   "timing",     "projector_field", "blur_field",      "camera_knee",
-                                   "halo",       "camera_response", "harmonics_field", "harmonics_high",
-                                   "subsurface", "roughness",       "image_harmonics", "raster"};
+constexpr std::array kByThemselves{"size",           "specular",        "intrinsics",      "motion",
+                                   "timing",         "projector_field", "blur_field",      "camera_knee",
+                                   "halo",           "camera_response", "harmonics_field", "harmonics_high",
+                                   "subsurface",     "roughness",       "image_harmonics", "raster",
+                                   "fringe_contrast"};
 
 [[noreturn]] void refuse_unknown(const std::string& word) {
   const auto& groups = parameter_groups();
@@ -61,8 +62,11 @@ void refuse_what_stands_together(const Twin& twin, const std::vector<std::string
   if ((albedo || texture) && is_asked(asked, "gain"))
     refuse(fmt::format("gain and {} enter the gray values only as a product", texture ? "texture" : "albedo"),
            "refine one of them; the other stays at the twin's value");
-  if (is_fitted("contrast") && is_fitted("image_harmonics"))
+  if ((is_fitted("contrast") || is_fitted("fringe_contrast")) && is_fitted("image_harmonics"))
     refuse("image_harmonics, a contrast of each image, contains the contrast of its pitch");
+  if (texture && is_asked(asked, "offset") && is_fitted("fringe_contrast"))
+    refuse("texture and offset, a factor and an offset per pixel, contain the contrast of all fringes",
+           "leave fringe_contrast out; contrast is that of each pitch beside the widest");
   if (is_asked(asked, "offset") && is_asked(asked, "black"))
     refuse("an offset per pixel contains the black level: the images cannot tell them apart");
 }

@@ -70,3 +70,21 @@ start("refine_mesh_2mm", "mesh 2 mm off", MESH, (1.2, -0.8, 1.4))
 start("refine_mesh_1deg", "mesh 1 degree off", MESH, (0, 0, 0), (0.6, 0.6, 0.5))
 start("refine_mesh_2mm_1deg", "mesh 2 mm and 1 degree off", MESH, (1.2, -0.8, 1.4), (0.6, 0.6, 0.5))
 start("refine_mesh_half_fringe", "mesh half a fringe (3.5 mm) off", MESH, (0, 0, 3.5))
+
+
+def projector_moved(rig, twin, random):
+    """Its eye is elsewhere in the twin: along its columns the fringes hardly tell, and the light's fall-off does."""
+    projector = twin.projector
+    projector.t = projector.t - projector.R @ vector(0.05, 0.1, 0.1)
+
+
+def moved_and_grown(rig, twin, random):
+    ball = twin.things[0]
+    ball["center_mm"] = ball["center_mm"] + vector(0.1, 0, 0.05)
+    ball["radius_mm"] += 0.02
+
+
+add_case("refine_rig_moved", "refinement", "the projector is 0.15 mm off in the twin; `--refine rig`", projector_moved,
+         dict(scene="ball+wall", small=True), expect="explained", refine="rig", causes="rig")
+add_case("refine_pose_and_size", "refinement", "the sphere is 0.11 mm off and its radius 0.02 mm too large; `--refine pose,size`",
+         moved_and_grown, dict(scene="ball", small=True), expect="explained", refine="pose,size")

@@ -119,6 +119,19 @@ listed("harmonic_small_n6", "N = 6, a third harmonic of 0.6 % of the scale", thi
 listed("blur_small", "the projector's blur of 0.5 px is not in the twin", blur(0.5), dict(scene="wall"), "blur", verdict=GRAY)
 
 
+def contrast_of(what, factor):
+    """A factor on the fringes' contrast of the rig or of the twin."""
+    def plant(rig, twin, random):
+        (rig if what == "rig" else twin).amplitude *= factor
+    return plant
+
+
+listed("contrast_less", "the fringes of all pitches have 0.9 of their contrast", contrast_of("rig", 0.9), BALL, "fringe_contrast",
+       verdict=GRAY, values={"projector.fringe_contrast": 0.9})
+listed("contrast_more", "the twin's fringes have 0.96 of their contrast", contrast_of("twin", 0.96), BOTH, "fringe_contrast",
+       gain=False, values={"projector.fringe_contrast": 1 / 0.96})
+
+
 def vignetting(a1):
     """1 + a1 r^2, r = 1 in the corners of the image."""
     def plant(rig, twin, random):
