@@ -312,8 +312,10 @@ HeldOut predict_held_out(const HeldOutInput& in) {
   of_fitted.use_steps = in.fold.fitted;
   of_fitted.leave_out_images = in.fold.held_out_images;
   of_all.use_steps.clear();
-  const Refined refined = refine(in.twin, real, in.simulated, of_fitted,
-                                 without_images(in.twin, in.asked, in.fold.fitted), WhatIsWorse::stays);
+  const bool by_light = in.options.refinement && in.options.refinement->by_light;
+  const Refined refined =
+      refine(in.twin, real, in.simulated, of_fitted, without_images(in.twin, in.asked, in.fold.fitted),
+             WhatIsWorse::stays, by_light ? Evidence::fringes_and_light : Evidence::fringes);
   std::vector<GridSamples> samples = samples_of(in, real, refined.report, of_fitted, of_all);
   find_room_light(*in.options.renderer, refined.twin, samples);
   Sensitivity sensitivity(*in.options.renderer, std::move(samples));

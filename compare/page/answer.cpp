@@ -130,6 +130,18 @@ std::vector<std::string> again(const Twin& twin, std::vector<std::string> argv, 
   return command;
 }
 
+/// Returns the command without `--into`: a check leaves the twin as it is.
+std::vector<std::string> without_into(std::vector<std::string> argv) {
+  for (std::size_t i = 0; i < argv.size(); ++i) {
+    if (argv[i] != "--into" && !argv[i].starts_with("--into=")) continue;
+    const std::ptrdiff_t n = argv[i] == "--into" && i + 1 < argv.size() ? 2 : 1;
+    argv.erase(argv.begin() + static_cast<std::ptrdiff_t>(i),
+               argv.begin() + static_cast<std::ptrdiff_t>(i) + n);
+    break;
+  }
+  return argv;
+}
+
 /// Returns the groups of an explanation as `--refine` takes them, those of this run's first; empty where it
 /// does not fit one of them, or has just fitted all.
 std::string refine_value(const Comparison& c, const std::string& together) {
@@ -210,7 +222,7 @@ NextStep next_step(const Comparison& c, const Twin& twin, const std::vector<std:
                             twin.real.captures.has_value();
   if (!can_hold_out) return {};
   return {"see how well the twin predicts images that took no part in any fit",
-          again(twin, argv, "--hold-out", std::to_string(kFolds), "-held-out")};
+          again(twin, without_into(argv), "--hold-out", std::to_string(kFolds), "-held-out")};
 }
 
 }  // namespace fringetwin::compare

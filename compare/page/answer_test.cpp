@@ -143,6 +143,14 @@ TEST(Answer, AnAgreementIsTriedOnImagesThatAreHeldOut) {
   twin.real.captures = "real";
   EXPECT_EQ(command(next_step(c, twin, kCosim)),
             "build/fringetwin cosim 'my twin.toml' --out out/a-held-out --hold-out 4");
+  for (const std::vector<std::string>& into :
+       {std::vector<std::string>{"--into", "t.toml"}, {"--into=t.toml"}}) {
+    std::vector<std::string> argv = {"fringetwin", "cosim", "t.toml"};
+    argv.insert(argv.end(), into.begin(), into.end());  // a check leaves the twin as it is
+    argv.insert(argv.end(), {"--refine", "pose", "--out", "o"});
+    EXPECT_EQ(command(next_step(c, twin, argv)),
+              "fringetwin cosim t.toml --refine pose --out o-held-out --hold-out 4");
+  }
   twin.fringes.steps = 3;  // a fold leaves two, which give no phase
   EXPECT_EQ(next_step(c, twin, kCosim).text, "");
   c.explained = {row_of("gray", kTooWide)};

@@ -42,12 +42,13 @@ int order_of_term(const std::string& name) {
 class Refiner {
  public:
   Refiner(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-          const std::vector<std::string>& asked)
+          const std::vector<std::string>& asked, Evidence evidence)
       : twin_(asks_for_halo(asked) ? with_empty_halo(twin) : twin),
         real_(real),
         simulated_(simulated),
         options_(options),
-        sensitivity_(*options.renderer, collect(asked, false)) {
+        sensitivity_(*options.renderer, collect(asked, false)),
+        evidence_(evidence) {
     keeps_gain_ = is_asked(asked, "gain");
     keeps_black_ = is_asked(asked, "black");
     report_.asked = asked;
@@ -81,11 +82,14 @@ class Refiner {
     // stays
     if (!provisional_) start.settle_sensors();
     settle_switches(begin);
-    GroupFit fit(sensitivity_, twin_, parameters_,
-                 {.hold_gain = hold_gain_, .exact = true, .on_step = SaysNowAndThen{}});
+    GroupFitOptions how{.hold_gain = hold_gain_, .exact = true, .on_step = SaysNowAndThen{}};
+    if (evidence_ == Evidence::fringes_and_light) how.free = FreePerPixel::nothing;
+    report_.by_light = evidence_ == Evidence::fringes_and_light;
+    GroupFit fit(sensitivity_, twin_, parameters_, how);
     fit.start_at(begin);
     hold_what_offsets_hold(fit);
     lower_the_field(fit);
+    hold_what_changes_nothing(fit);
     refuse_what_cannot_be_told(fit);
     fit_what_is_told(fit);
     refuse_what_cannot_be_told(fit);
@@ -183,11 +187,32 @@ class Refiner {
     }
   }
 
-  void refuse_what_cannot_be_told(GroupFit& fit) const {
+  /// Holds what changes nothing in these images: of a lens that nothing but columns is projected through, the
+  /// row of its middle. Refuses a word of which nothing is left.
+  void hold_what_changes_nothing(GroupFit& fit) {
+    std::vector<std::size_t> idle;
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      if (!parameters_[k].acts_beside_others && parameters_[k].expected == 0.0 && fit.changes_nothing(k))
-        throw UserError(ExitCode::usage, "--refine " + parameters_[k].name, "changes nothing in these images",
+      if (!parameters_[k].acts_beside_others && parameters_[k].expected == 0.0 &&
+          std::ranges::find(held_, k) == held_.end() && fit.changes_nothing(k))
+        idle.push_back(k);
+    if (idle.empty()) return;
+    for (const std::string& word : report_.asked) {
+      const auto is_meant = [&](const Parameter& p) { return is_asked_by(word, p); };
+      const auto n_idle =
+          std::ranges::count_if(idle, [&](std::size_t k) { return is_meant(parameters_[k]); });
+      if (n_idle > 0 && n_idle == std::ranges::count_if(parameters_, is_meant))
+        throw UserError(ExitCode::usage, "--refine " + word, "changes nothing in these images",
                         "leave it out");
+    }
+    for (const std::size_t k : idle) {
+      held_.push_back(k);
+      report_.notes.push_back(parameters_[k].name +
+                              " stays at the twin's value: it changes nothing in these images");
+    }
+    fit.hold(idle);
+  }
+
+  void refuse_what_cannot_be_told(GroupFit& fit) const {
     if (const std::string alike = fit.cannot_be_told(); !alike.empty())
       throw UserError(ExitCode::usage, "--refine", "the images cannot tell these apart: " + alike,
                       "refine fewer of them at a time");
@@ -447,17 +472,39 @@ class Refiner {
   bool provisional_ = false;  ///< a camera's line comes from its amplitudes; collect() sets it
   Sensitivity sensitivity_;
   std::vector<Parameter> parameters_, switches_;
-  std::vector<std::size_t> held_;  ///< parameters that were no better than their standard errors
+  std::vector<std::size_t> held_;  ///< parameters that stay at the twin's values, as a note says
   bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false;
+  Evidence evidence_;
   Refinement report_;
 };
+
+/// Returns whether a parameter that is asked for says where something is.
+bool asks_for_places(const Twin& twin, const std::vector<std::string>& asked,
+                     const std::vector<int>& use_steps) {
+  return std::ranges::any_of(refinable_parameters(twin, asked, use_steps),
+                             [](const Parameter& p) { return is_geometric(p.group); });
+}
 
 }  // namespace
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-               const std::vector<std::string>& asked, WhatIsWorse worse) {
+               const std::vector<std::string>& asked, WhatIsWorse worse, Evidence evidence) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
-  Refined out = Refiner(twin, real, simulated, options, asked).run(worse);
+  Refined out = Refiner(twin, real, simulated, options, asked, evidence).run(worse);
+  // A place that fringes tell poorly, as a projector's along its columns, may go where the light says no.
+  if (out.report.taken_back && !out.report.own.any() && asks_for_places(twin, asked, options.use_steps)) {
+    say("refine: once more, with the light as evidence of where things are");
+    try {
+      Refined lit = Refiner(twin, real, simulated, options, asked, Evidence::fringes_and_light).run(worse);
+      if (!lit.report.taken_back) {
+        lit.report.notes.push_back(
+            "the light of the images is evidence of where things are: from the fringes alone the fit went "
+            "where the light would be another");
+        out = std::move(lit);
+      }
+    } catch (const UserError&) {  // the light tells less: what the fringes told stays taken back
+    }
+  }
   if (asks_for_halo(asked) && twin.projector && twin.projector->halo.empty()) drop_empty_halo(out.twin);
   return out;
 }

@@ -189,6 +189,25 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
   EXPECT_THAT(message("harmonics_field"), HasSubstr("has no such parameter"));
 }
 
+// A normal is made one of unit length again by every refinement: its last bit is no value that was refined.
+TEST(Refine, WhatOnlyRoundingMovedIsNotWritten) {
+  Twin before = ball_at(5.0);
+  Object wall = before.objects[0];
+  wall.name = "wall";
+  PlaneShape plane;
+  plane.point_mm = {0, 0, 400};
+  plane.normal = Eigen::Vector3d(0.06, -0.04, -1.0).normalized();
+  wall.shape = plane;
+  before.objects.push_back(wall);
+  Twin after = before;
+  PlaneShape& moved = std::get<PlaneShape>(after.objects[1].shape);
+  for (double& part : moved.normal) part = std::nextafter(part, 2.0);
+  EXPECT_THAT(refined_toml({}, before, after), ::testing::Not(::testing::HasSubstr("wall")));
+  moved.normal.x() += 1e-12;
+  EXPECT_THAT(refined_toml({}, before, after),
+              ::testing::HasSubstr("[[object]]  # \"wall\"\nnormal = [0.0598"));
+}
+
 TEST(Refine, ExposuresAreWrittenAsTheyAreRead) {
   Twin before = ball_at(5.0);
   const Lens lens("LENSMODEL_PINHOLE", {900, 905, 31.5, 23.5}, {64, 48}, "test");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "compare/parameters/parameters_geometry.hpp"
@@ -175,13 +176,26 @@ void add_fringes(std::vector<TomlBlock>& blocks, const Fringes& before, const Fr
   keys.append_to(blocks);
 }
 
+/// Returns whether two vectors are one but for rounding, as that of making it one of unit length again.
+bool is_same_place(std::span<const double> a, std::span<const double> b) {
+  constexpr double kRounding = 1e-15;
+  if (a.size() != b.size()) return false;
+  double size = 0.0, apart = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    size = std::max({size, std::abs(a[i]), std::abs(b[i])});
+    apart = std::max(apart, std::abs(a[i] - b[i]));
+  }
+  return apart <= kRounding * size;
+}
+
 void add_object(std::vector<TomlBlock>& blocks, const Object& before, const Object& after) {
   ChangedKeys object({.table = {"object"}, .entry = after.name});
   std::visit(
       [&]<class S>(const S& shape) {
         const std::vector<PlaceKey> old = place_keys(std::get<S>(before.shape)), now = place_keys(shape);
         for (std::size_t i = 0; i < now.size(); ++i)
-          object.key(now[i].key, numbers(old.at(i).values), numbers(now[i].values));
+          if (!is_same_place(old.at(i).values, now[i].values))
+            object.key(now[i].key, numbers(old.at(i).values), numbers(now[i].values));
       },
       after.shape);
   const std::vector<PlaceKey> old_size = size_keys(before.shape), size = size_keys(after.shape);

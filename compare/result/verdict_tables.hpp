@@ -45,6 +45,7 @@ struct Refinement {
   std::vector<std::string> notes;
   std::vector<std::string> warnings;  ///< for those of the result
   bool taken_back = false;            ///< the twin is as it was
+  bool by_light = false;              ///< places are told by the light, too (Evidence, compare/refine)
   OwnKinds own;                       ///< what "texture" and "offset" gave every pixel
   /// With either: gain and black level of each camera that the pixels' numbers refer to; see apply_texture().
   struct Line {
