@@ -35,6 +35,7 @@ std::string text_of(const BlockLines& lines) {
   std::string out;
   for (const BlockLine& line : lines) {
     if (!line.above.empty()) out += "# " + line.above + "\n";
+    if (line.key.name.empty()) continue;
     const std::string left = line.key.name + " = " + line.key.value;
     out += line.key.comment.empty() ? left + "\n" : fmt::format("{:<32}# {}\n", left, line.key.comment);
   }
@@ -151,7 +152,13 @@ BlockLines projector_lines(const Photometry& photometry) {
   const ProjectorPhotometry* p = photometry.projector();
   if (p == nullptr) return out;
   if (p->response_known) out.push_back(response_line(*p));
-  if (std::isfinite(p->blur_px.value))
+  if (std::isfinite(p->blur_px.value) && !p->tells_blur())
+    out.push_back({.key = {},
+                   .is_measured = false,
+                   .above = fmt::format(
+                       "blur_px stays as it is: {} {} is told neither from none nor from the twin's {:g}",
+                       digits(p->blur_px), plus_minus(p->blur_px), p->blur_of_twin_px)});
+  else if (std::isfinite(p->blur_px.value))
     out.push_back({{"blur_px", digits(p->blur_px),
                     fmt::format("{}; the contrasts are {:.1f} % off a Gaussian's", plus_minus(p->blur_px),
                                 100.0 * p->blur_misfit)}});

@@ -223,6 +223,7 @@ void measure_projector(const Twin& twin, std::size_t camera, const CameraFrames&
     }
     out.directions.push_back(
         projector_photometry(std::move(harmonics), twin.fringes.mean, twin.fringes.amplitude));
+    out.directions.back().blur_of_twin_px = twin.projector ? twin.projector->blur_px : 0.0;
     warn_of_fringes(out.directions.back(), where, warnings);
   }
 }

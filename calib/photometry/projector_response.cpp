@@ -195,6 +195,15 @@ std::vector<double> gamma_harmonics(double gamma, double mean, double amplitude,
   return out;
 }
 
+bool ProjectorPhotometry::tells_blur() const {
+  const double square = blur_px.value * blur_px.value, upper = blur_px.value + blur_px.sigma,
+               spread = upper * upper - square;
+  const auto told_from = [&](double other_px) {
+    return std::abs(square - other_px * other_px) >= 3.0 * spread;
+  };
+  return told_from(0.0) || told_from(blur_of_twin_px);
+}
+
 ProjectorPhotometry projector_photometry(FringeHarmonics harmonics, double mean, double amplitude) {
   ProjectorPhotometry p;
   p.harmonics = std::move(harmonics);

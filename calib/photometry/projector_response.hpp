@@ -23,6 +23,10 @@ struct ProjectorPhotometry {
   std::vector<MtfPoint> mtf;
   Estimate blur_px;          ///< Gaussian sigma; NaN with one pitch
   double blur_misfit = 0.0;  ///< rms of ln(contrast) about the Gaussian: far above 0.02, it is none
+  double blur_of_twin_px = 0.0;
+  /// Returns whether the blur is told from none, or from the twin's: their squares, which are what contrasts
+  /// tell, differ by three standard errors (of the square: 2 blur sigma, and sigma^2 near none) or more.
+  bool tells_blur() const;
 
   /// Harmonics of the light before blur and camera, order 2..., relative to order 1 (index 0: order 2).
   std::vector<Estimate> response_harmonics;

@@ -115,5 +115,20 @@ TEST(ProjectorResponse, TableWhereNoGammaFits) {
   EXPECT_FALSE(std::isfinite(p.blur_px.value));  // one pitch
 }
 
+// Neither 0.35 +- 0.2 px where the twin has none is worth writing down, nor 0 +- 0.3 where it has 0.2; a blur
+// that it lacks, or has and should not, is.
+TEST(ProjectorResponse, BlurToldFromNoneOrFromTheTwins) {
+  ProjectorPhotometry p;
+  const auto tells = [&](double value, double sigma, double of_twin) {
+    p.blur_px = {value, sigma}, p.blur_of_twin_px = of_twin;
+    return p.tells_blur();
+  };
+  EXPECT_FALSE(tells(0.35, 0.2, 0.0));
+  EXPECT_TRUE(tells(0.35, 0.03, 0.0));
+  EXPECT_TRUE(tells(1.52, 0.02, 1.5));
+  EXPECT_TRUE(tells(0.03, 0.05, 1.5));
+  EXPECT_FALSE(tells(0.0, 0.3, 0.2));
+}
+
 }  // namespace
 }  // namespace fringetwin::calib::projector_response_test
