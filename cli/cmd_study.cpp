@@ -69,7 +69,8 @@ std::unique_ptr<study::Engine> make_engine(const StudyCommand& o) {
 int run_study(const StudyCommand& o, const Invocation& invocation) {
   check_out_folder(o.out);
   const study::StudyFile file = study::load_study(o.study);
-  const auto engine = make_engine(o);
+  // nothing runs, so there need be nothing to run on
+  const auto engine = o.so_far ? std::make_unique<study::LocalEngine>(study::LocalOptions{}) : make_engine(o);
   const study::StudyRun run{o.out,           *engine,
                             invocation.argv, version_string(),
                             o.figures,       [](const std::string& text) { fmt::print("{}", text); },
@@ -91,9 +92,11 @@ void add_study(CLI::App& app, Invocation& invocation) {
   sub->add_option("--out", o->out, "Folder for study.db, study.csv and report.html")
       ->type_name("DIR")
       ->required();
-  sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
+  CLI::Option* figures =
+      sub->add_flag("--figures", o->figures, "Write the report's drawings as SVG files, too (DIR/figures)");
   sub->add_flag("--so-far", o->so_far,
-                "Run nothing: show what has finished (unfinished.csv; of Monte Carlo also unfinished.html)");
+                "Run nothing: show what has finished (unfinished.csv; of Monte Carlo also unfinished.html)")
+      ->excludes(figures);
   add_json_flag(*sub, o->json, "result.json (of a design: the table of its points)");
   begin_group(*sub, kComputing);
   sub->add_option("--engine", o->engine,

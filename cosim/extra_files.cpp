@@ -7,6 +7,13 @@
 
 namespace fringetwin::cosim {
 
+std::vector<std::string> files_of_some_runs(const Twin& twin) {
+  std::vector<std::string> names;
+  for (const Camera& camera : twin.cameras) names.push_back("measured_" + camera.name + ".npz");
+  for (const Object& object : twin.objects) names.push_back("deviation_" + object.name + ".ply");
+  return names;
+}
+
 void write_npz_if_asked(const std::filesystem::path& dir, const measure::Measurement& measurement,
                         const ExtraFiles& extra) {
   if (extra.npz) measure::write_measured_npz(dir, measurement);

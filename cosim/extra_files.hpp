@@ -12,6 +12,10 @@ struct ExtraFiles {
   bool figures = false;  ///< the plots of the page as figures/NAME.svg
 };
 
+/// Returns the names of what only some runs write beside points.ply: an earlier run's must not stand for this
+/// one's.
+std::vector<std::string> files_of_some_runs(const Twin& twin);
+
 /// Writes DIR/measured_<camera>.npz where it is asked for.
 void write_npz_if_asked(const std::filesystem::path& dir, const measure::Measurement& measurement,
                         const ExtraFiles& extra);

@@ -49,7 +49,9 @@ void write_measured(const std::filesystem::path& dir, const Twin& twin,
                     const std::vector<std::filesystem::path>& capture_files, const Origin& origin,
                     StageTimer& timer, const ExtraFiles& extra) {
   timer.start("write");
-  begin_output(dir, {"result.json", "report.html"});
+  std::vector<std::string> earlier = files_of_some_runs(twin);
+  earlier.insert(earlier.begin(), {"result.json", "report.html"});
+  begin_output(dir, earlier);
   measure::write_measurement(dir, measurement);
   compare::write_deviation_clouds(dir, measurement, {&measurement});
   write_npz_if_asked(dir, measurement, extra);

@@ -75,6 +75,7 @@ void write_measured_sides(const std::filesystem::path& dir, const Run& run, cons
   std::vector<const measure::Measurement*> all;
   for (const auto& side : sides) all.push_back(side.second);
   for (const auto& [name, measurement] : sides) {
+    begin_output(dir / name, files_of_some_runs(run.twin), Writers::several);
     measure::write_measurement(dir / name, *measurement);
     compare::write_deviation_clouds(dir / name, *measurement, all);
     write_npz_if_asked(dir / name, *measurement, extra);

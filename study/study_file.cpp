@@ -30,6 +30,8 @@ constexpr FileOfKind kKinds[] = {
      [](const TomlTable& root, StudyFile* study) {
        study->plan = read_monte_carlo(root, study->head.twin);
        study->head.content.erase("most_trials");  // says when to stop: each trial is the same without it
+       // what tells the trials from the points of their shares, which had other ids until 0.2.0
+       study->head.content["(shares begin at point)"] = std::to_string(kFirstRowId);
      }},
     {"volume-map", volume_map_keys,
      [](const TomlTable& root, StudyFile* study) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 
 #include "report/plot/plot.hpp"
 #include "twin/base/out_folder.hpp"
@@ -15,6 +16,7 @@ namespace fringetwin::report {
 namespace {
 
 constexpr std::string_view kBegin = "<svg role=\"img\"", kEnd = "</svg>", kCanvas = "gnuplot_canvas\"";
+constexpr std::size_t kMostBeforeCanvas = 8192;  ///< bytes
 
 /// Returns the id that the ids of a drawing begin with, as drawing_svg() got it, with plain letters alone.
 std::string name_of(std::string_view svg) {
@@ -27,12 +29,21 @@ std::string name_of(std::string_view svg) {
   return name;
 }
 
-/// Returns the names of the drawings in a folder, which may not exist.
+/// Returns whether a file begins as a drawing that write_drawings() wrote.
+bool is_ours(const std::filesystem::path& file) {
+  std::string begin(kMostBeforeCanvas, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(in.gcount()));
+  return begin.find(kBegin) != std::string::npos && begin.find(kCanvas) != std::string::npos;
+}
+
+/// Returns the names of our drawings in a folder, which may not exist; files of others stay.
 std::vector<std::string> drawings_in(const std::filesystem::path& folder) {
   std::vector<std::string> out;
   std::error_code error;  // no folder: nothing
   for (const auto& entry : std::filesystem::directory_iterator(folder, error))
-    if (entry.path().extension() == ".svg" && !entry.is_directory())
+    if (entry.path().extension() == ".svg" && entry.is_regular_file(error) && is_ours(entry.path()))
       out.push_back(entry.path().filename().string());
   return out;
 }

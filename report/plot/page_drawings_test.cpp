@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace fringetwin::report::page_drawings_test {
@@ -38,17 +39,19 @@ TEST(PageDrawings, OfNoPageAreNone) {
   EXPECT_TRUE(drawings_of_page(drawing("cut").substr(0, 40)).empty());
 }
 
-TEST(PageDrawings, FilesOfAnEarlierRunGo) {
+TEST(PageDrawings, FilesOfAnEarlierRunGoAndThoseOfOthersStay) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("fringetwin_drawings_" + std::to_string(::getpid()));
-  write_drawings(folder, {{"a", "<svg>1</svg>"}, {"b", "<svg>2</svg>"}});
-  std::filesystem::rename(folder / "b.svg", folder / "notes.txt");  // not ours
-  write_drawings(folder, {{"c", "<svg>3</svg>"}});
+  const std::string ours = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n" + drawing("a-");
+  write_drawings(folder, {{"a", ours}, {"b", ours}});
+  std::filesystem::rename(folder / "b.svg", folder / "notes.txt");
+  std::ofstream(folder / "setup.svg") << "<svg>drawn by hand</svg>";
+  write_drawings(folder, {{"c", ours}});
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     names.insert(entry.path().filename().string());
-  EXPECT_EQ(names, (std::set<std::string>{"c.svg", "notes.txt"}));
-  EXPECT_EQ(std::filesystem::file_size(folder / "c.svg"), 12U);
+  EXPECT_EQ(names, (std::set<std::string>{"c.svg", "notes.txt", "setup.svg"}));
+  EXPECT_EQ(std::filesystem::file_size(folder / "c.svg"), ours.size());
   std::filesystem::remove_all(folder);
 }
 

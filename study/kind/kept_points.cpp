@@ -42,8 +42,4 @@ std::vector<PointOutcome> KeptPoints::run(const PointSequence& points, const Out
   return stored(store_, points);
 }
 
-bool KeptPoints::has_any(std::int64_t first_id, std::int64_t last_id) const {
-  return !store_.rows(first_id, last_id).empty();
-}
-
 }  // namespace fringetwin::study

@@ -32,9 +32,6 @@ class KeptPoints {
   /// which are the same after any interruption. `outlook`: how far the study is. Throws as the engine does.
   std::vector<PointOutcome> run(const PointSequence& points, const Outlook& outlook = {});
 
-  /// Returns whether the store has points of these ids, both included.
-  bool has_any(std::int64_t first_id, std::int64_t last_id) const;
-
   /// Returns the counts of all that was run here.
   const EngineSummary& summary() const { return summary_; }
 

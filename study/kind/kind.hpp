@@ -30,6 +30,9 @@ class Kind {
   virtual void run(KeptPoints& points) = 0;
   /// Returns the number of points in all; nothing where it follows from the results.
   virtual std::optional<std::size_t> points_in_all() const { return std::nullopt; }
+  /// Throws UserError(usage) where the study as it is now cannot go on with the points that the store has:
+  /// before anything of an earlier run is taken away.
+  virtual void check(const StudyStore& /*store*/) const {}
 
   /// Whether there is a result.json beside the table of the points.
   virtual bool has_result() const { return true; }

@@ -121,6 +121,7 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   begin_output(run.out, {}, Writers::several);
   StudyStore store(run.out / "study.db", identity, run.version);
   if (const auto all = kind.points_in_all()) store.refuse_rows_from(static_cast<std::int64_t>(*all));
+  kind.check(store);
   take_away_last_files(kind, run.out);
   KeptPoints points(kind.task(), run.engine, store);
   run_until_stopped(kind, points, store, run);
@@ -135,6 +136,7 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   warn_of_failures(study);
   say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
   write_report(run, kind.report(study));
+  begin_output(run.out, {kUnfinished, kUnfinishedPage}, Writers::several);  // --so-far, shown while it ran
   if (run.json) run.print(kind.has_result() ? json : study_table_json(rows));
   return kind.verdict();
 }
@@ -146,6 +148,11 @@ ExitCode show_study_so_far(Kind& kind, const StudyHead& head, const StudyRun& ru
                     "run the study first, without --so-far");
   const StudyIdentity identity = check_study(head, kind.plan());
   const StudyStore store(database, identity, run.version);
+  if (fs::exists(run.out / "report.html")) {  // what a study writes last
+    say("the study is finished: " + (run.out / "report.html").string());
+    if (run.json) run.print(study_table_json(rows_so_far(store)));
+    return ExitCode::ok;
+  }
   const std::vector<StoredPoint> rows = rows_so_far(store);
   write_so_far(kind, rows, run);
   const StudyRecord study{head, rows, identity, run.argv, run.version};

@@ -79,7 +79,9 @@ TEST_F(MonteCarloCommand, GoesOnWithMoreTrials) {
   EXPECT_EQ(read_file(folder_ / "a" / "result.json"), read_file(folder_ / "b" / "result.json"));
   EXPECT_EQ(read_file(folder_ / "a" / "study.csv"), read_file(folder_ / "b" / "study.csv"));
   write_study("digits = 4\n", 9);
+  const std::string result = read_file(folder_ / "a" / "result.json");
   const RunResult fewer = run("a");
+  EXPECT_EQ(read_file(folder_ / "a" / "result.json"), result) << "what is refused leaves all as it was";
   EXPECT_EQ(fewer.exit_code, 2);
   EXPECT_THAT(fewer.err, HasSubstr("most_trials is 9, and the study has more trials already"));
 }
@@ -91,7 +93,7 @@ TEST_F(MonteCarloCommand, ShowsWhatThereIsSoFar) {
   const RunResult shown = run_fringetwin(
       {"study", (folder_ / "study.toml").string(), "--out", (folder_ / "a").string(), "--so-far"});
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
-  EXPECT_THAT(shown.out, HasSubstr("study \"ball\", stopped: 1"));
+  EXPECT_THAT(shown.out, HasSubstr("study \"ball\" so far: 1"));
   EXPECT_THAT(shown.out, HasSubstr("z_mm "));
   const std::string page = read_file(folder_ / "a" / "unfinished.html");
   EXPECT_THAT(page, HasSubstr("<svg"));

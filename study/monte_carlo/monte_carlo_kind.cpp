@@ -62,12 +62,15 @@ class MonteCarloKind final : public Kind {
   }
   PointTask task() const override { return {head_.twin, head_.records, true, plan_.inputs.calibration > 0}; }
 
-  void run(KeptPoints& kept) override {
-    if (kept.has_any(static_cast<std::int64_t>(plan_.most_trials), kFirstRowId - 1))
+  void check(const StudyStore& store) const override {
+    if (!store.rows(static_cast<std::int64_t>(plan_.most_trials), kFirstRowId - 1).empty())
       throw UserError(
           ExitCode::usage, head_.file.string(),
           fmt::format("most_trials is {}, and the study has more trials already", plan_.most_trials),
           "give at least as many as before, or another --out");
+  }
+
+  void run(KeptPoints& kept) override {
     say(fmt::format("study \"{}\": blocks of {} trials, at most {}", head_.name,
                     plan_.rule.trials_per_block(), plan_.most_trials));
     std::optional<std::size_t> needed;
@@ -93,7 +96,7 @@ class MonteCarloKind final : public Kind {
     const MonteCarloResult so_far = monte_carlo_so_far(plan_, rows);
     const std::optional<std::size_t> needed = trials_foreseen(so_far);
     std::string out = fmt::format(
-        "study \"{}\", stopped: {} of at most {} trials, {} failed{}\n", head_.name, so_far.trials,
+        "study \"{}\" so far: {} of at most {} trials, {} failed{}\n", head_.name, so_far.trials,
         plan_.most_trials, so_far.failed,
         !needed || so_far.converged ? "" : fmt::format("; about {} will be needed", rounded_up(*needed)));
     for (const auto& [name, number] : so_far.numbers)

@@ -129,7 +129,8 @@ fs::path study_report(const std::string& name, const std::string& study) {
   write_file(dir / "STUDY.toml",
              "schema = \"fringetwin-study/1\"\nname = \"a <b>\"\ntwin = \"twin.toml\"\n" + study);
   fs::create_directories(dir / "out/figures");
-  write_file(dir / "out/figures/earlier.svg", "<svg/>");  // of an earlier run: goes
+  write_file(dir / "out/figures/earlier.svg",  // of an earlier run: goes
+             "<svg role=\"img\"><g id=\"earlier-gnuplot_canvas\"></g></svg>");
   const RunResult run =
       run_fringetwin({"study", (dir / "STUDY.toml").string(), "--out", (dir / "out").string(), "--figures"});
   EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 5) << run.err;  // 5: not converged

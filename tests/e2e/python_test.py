@@ -135,12 +135,12 @@ class Python(unittest.TestCase):
         program("compare", self.file, *sides, "--out", out)
         self.assertFalse(os.path.exists(out + "/figures"))  # only where asked for
         os.mkdir(out + "/figures")
-        for name in ("older.svg", "notes.txt"):
+        for name, text in (("older.svg", '<svg role="img"><g id="older-gnuplot_canvas"></g></svg>'), ("setup.svg", "<svg></svg>")):
             with open(f"{out}/figures/{name}", "w", encoding="utf-8") as file:
-                file.write("of an earlier run")
+                file.write(text)
         program("compare", self.file, *sides, "--out", out, "--figures", "--npz")
-        self.assertTrue(os.path.exists(out + "/figures/notes.txt"))
-        os.remove(out + "/figures/notes.txt")
+        self.assertTrue(os.path.exists(out + "/figures/setup.svg"))  # somebody else's
+        os.remove(out + "/figures/setup.svg")
         self.assert_figures_are_those_of_the_page(out)
         self.assert_arrays_are_those_of_the_files(out + "/measured_real")
 
