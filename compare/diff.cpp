@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string_view>
 #include <unordered_map>
@@ -28,6 +29,7 @@ using ReadJson = nlohmann::json;
 constexpr double kMostQuantities = 2e5;        // a result of ours has some thousand; each becomes a line
 constexpr std::size_t kLongestRowName = 1000;  // names in twins have 100 characters at most
 constexpr std::size_t kWidestName = 100;       // of the table's first column
+constexpr std::size_t kMostOfPart = 20;  // numbers that one result alone has, which are named one by one
 
 /// One number of a result, for example "gain left gain_dn", and that of its standard error.
 struct Quantity {
@@ -217,6 +219,23 @@ std::string line(const Difference& row, std::size_t width) {
                      row.b - row.a, std::isfinite(row.z) ? fmt::format("{:.2f}", row.z) : "-");
 }
 
+/// Lists what only one result has; of a part of the result with many numbers, as the causes tested, how many.
+std::string only_in(const char* side, const std::vector<std::string>& names) {
+  const auto part_of = [](const std::string& name) { return name.substr(0, name.find(' ')); };
+  std::map<std::string, std::size_t> n_of_part;
+  for (const std::string& name : names) ++n_of_part[part_of(name)];
+  std::string out;
+  for (const std::string& name : names) {
+    std::size_t& n = n_of_part[part_of(name)];
+    if (n > kMostOfPart)
+      out += fmt::format("only in {}: {} numbers of {} (--json names them)\n", side, n, part_of(name));
+    else if (n > 0)
+      out += fmt::format("only in {}: {}\n", side, name);
+    if (n > kMostOfPart) n = 0;  // said
+  }
+  return out;
+}
+
 }  // namespace
 
 Differences diff_results(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -256,9 +275,7 @@ std::string differences_text(const Differences& d) {
         "given there.\n",
         d.common_images);
   out += fmt::format("\nverdict: A {}, B {}\n", d.verdict_a, d.verdict_b);
-  for (const std::string& name : d.only_in_a) out += "only in A: " + name + "\n";
-  for (const std::string& name : d.only_in_b) out += "only in B: " + name + "\n";
-  return out;
+  return out + only_in("A", d.only_in_a) + only_in("B", d.only_in_b);
 }
 
 std::string differences_json(const Differences& d) {

@@ -112,6 +112,16 @@ TEST(Diff, ListsWhatOnlyOneRunHas) {
   EXPECT_THAT(differences_text(diff_results(b, a)), HasSubstr("only in A: gain right gain_dn"));
 }
 
+TEST(Diff, CountsManyNumbersOfOnePart) {
+  Differences d;
+  for (int k = 0; k < 30; ++k) d.only_in_a.push_back("causes tested pose " + std::to_string(k));
+  d.only_in_a.emplace_back("gain left sigma");
+  const std::string text = differences_text(d);
+  EXPECT_THAT(text,
+              HasSubstr("only in A: 30 numbers of causes (--json names them)\nonly in A: gain left sigma\n"));
+  EXPECT_THAT(text, Not(HasSubstr("pose 7")));
+}
+
 /// A value of this field that differs from run to run.
 report::Json example(const Field& field, double number);
 

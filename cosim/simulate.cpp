@@ -27,17 +27,20 @@ void check_range(const char* what, const std::optional<Number>& asked, Number mi
     throw UserError(ExitCode::usage, what, fmt::format("must be {} ... {}, is {}", min, max, *asked));
 }
 
+constexpr const char* kForLess =
+    " (an upper bound, which a comparison's budget counts); for less of it give more --samples";
+
 /// Warns where the estimated error is above twice its target: the estimate is an upper bound, so that a
 /// smaller excess does not mean that the target was missed.
 void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampling& asked) {
   if (note.phase_error_rad.value_or(0.0) > 2.0 * asked.phase_error_rad)
     warn(fmt::format(
-        "camera \"{}\": the phase error is estimated at {:.1e} rad, above phase_error_rad = {:.1e}",
-        note.camera, *note.phase_error_rad, asked.phase_error_rad));
+        "camera \"{}\": the phase error is estimated at {:.1e} rad, above phase_error_rad = {:.1e}{}",
+        note.camera, *note.phase_error_rad, asked.phase_error_rad, kForLess));
   if (note.gray_error.value_or(0.0) > 2.0 * asked.gray_error)
     warn(fmt::format(
-        "camera \"{}\": the gray error is estimated at {:.1e} of full scale, above gray_error = {:.1e}",
-        note.camera, *note.gray_error, asked.gray_error));
+        "camera \"{}\": the gray error is estimated at {:.1e} of full scale, above gray_error = {:.1e}{}",
+        note.camera, *note.gray_error, asked.gray_error, kForLess));
 }
 
 /// Throws UserError(usage) when no camera sees any object; warns for each object that no camera sees.

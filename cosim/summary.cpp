@@ -58,9 +58,11 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
   for (std::string& line : light_lines(c.light)) out.push_back(std::move(line));
   for (std::string& sentence : compare::held_out_sentences(c.held_out)) out.push_back(std::move(sentence));
   for (const auto& phase : c.phase)
-    out.push_back(fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}",
-                              phase.camera, phase.direction, phase.rms_rad, 100.0 * phase.mean_relative,
-                              phase.n));
+    out.push_back(
+        phase.n == 0 ? fmt::format("{} {}: no pixel has a phase on both sides", phase.camera, phase.direction)
+                     : fmt::format("{} {}: phase difference {:.5f} rad rms, {:.4f} % relative mean, n {}",
+                                   phase.camera, phase.direction, phase.rms_rad, 100.0 * phase.mean_relative,
+                                   phase.n));
   for (const auto& budget : c.phase_budget)
     out.push_back(fmt::format(
         "{} {}: brightness {:.4f}{}, harmonics {:.4f}, noise {:.4f} rad rms: {:.0f} % of the difference's "

@@ -62,6 +62,12 @@ TEST(Summary, SaysPhaseAndItsBudget) {
                    "difference's variance"}));
 }
 
+TEST(Summary, SaysWhereNoPhaseIsCompared) {
+  compare::Comparison c;
+  c.phase = {{.camera = "left", .direction = "y"}};
+  EXPECT_EQ(summary_lines(c), (Lines{"left y: no pixel has a phase on both sides"}));
+}
+
 // 600 of 1000 pixels seen are measured on both sides; 150 + 50 of the 800 measured on one only.
 TEST(Summary, SaysCoverageOfWholeCamerasOnly) {
   compare::Comparison c;

@@ -4,6 +4,11 @@
 # The pages lie in the site as in the sources, so that their links lead to the same places.
 set -euo pipefail
 out=$(realpath -m "${1:-out/site}")
+# mkdocs empties the folder first
+if [ -n "$(ls -A "$out" 2>/dev/null)" ] && [ ! -f "$out/search/search_index.js" ] && [ ! -f "$out/search/search_index.json" ]; then
+  echo "site.sh: error: $out has files, and they are no site: give another folder" >&2
+  exit 2
+fi
 cd "$(dirname "$0")/.."
 staged=$(mktemp -d)
 trap 'rm -rf "$staged"' EXIT

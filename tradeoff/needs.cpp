@@ -260,30 +260,30 @@ NeedsResult run_needs(const Twin& full_twin, render::Renderer& renderer, const N
 }
 
 std::string needs_table(const NeedsResult& result, const NeedsOptions& options) {
-  std::string out = fmt::format("{:<20}{:>6}{:>13}{:>11}{:>11}{:>12}{:>9}  {}\n", "effect", "scene",
+  std::string out = fmt::format("{:<24}{:>6}{:>13}{:>11}{:>11}{:>12}{:>9}  {}\n", "effect", "scene",
                                 "phase rad", "gray DN", "edge DN", "fit mm", "x time", "for the tolerance");
   const auto cell = [](double v) { return std::isnan(v) ? std::string("-") : fmt::format("{:.2e}", v); };
   for (const EffectRow& r : result.rows) {
     if (!r.on) {
-      out += fmt::format("{:<20}{:>6}{:>13}{:>11}{:>11}{:>12}{:>9}  {}\n", r.name, "off", "", "", "", "", "",
+      out += fmt::format("{:<24}{:>6}{:>13}{:>11}{:>11}{:>12}{:>9}  {}\n", r.name, "off", "", "", "", "", "",
                          "to switch it on: " + r.switch_on);
       continue;
     }
     out +=
-        fmt::format("{:<20}{:>6}{:>13}{:>11}{:>11}{:>12}{:>9.2f}  {}\n", r.name, "on",
+        fmt::format("{:<24}{:>6}{:>13}{:>11}{:>11}{:>12}{:>9.2f}  {}\n", r.name, "on",
                     cell(r.change.phase_rms_rad), cell(r.change.gray_rms_dn), cell(r.change.gray_edge_rms_dn),
                     cell(r.fit_change_mm()), r.cost, r.leave_off ? "can be left off" : "keep");
   }
-  out += fmt::format("{:<20}{:>6}{:>13}{:>11}{:>11}\n", "renderer's own error", "",
+  out += fmt::format("{:<24}{:>6}{:>13}{:>11}{:>11}\n", "renderer's own error", "",
                      cell(result.floor.phase_rms_rad), cell(result.floor.gray_rms_dn),
                      cell(result.floor.gray_edge_rms_dn));
   const Tolerance& t = options.tolerance;
-  out += fmt::format("tolerance            {:>18.2e}{:>11.2e}{:>11}{:>12.2e}\n", t.phase_rad, t.gray_dn, "",
-                     t.fit_mm);
-  out += fmt::format("smallest model       {:>18}{:>11}{:>11}{:>12}{:>9.2f}  {:.3f} s instead of {:.3f} s\n",
-                     cell(result.reduced.phase_rad), cell(result.reduced.gray_dn), "",
-                     cell(result.reduced.fit_mm), 1.0 / result.reduced_cost, result.reduced_time.wall_s,
-                     result.full_time.wall_s);
+  out += fmt::format("tolerance               {:>19.2e}{:>11.2e}{:>11}{:>12.2e}\n", t.phase_rad, t.gray_dn,
+                     "", t.fit_mm);
+  out += fmt::format(
+      "smallest model          {:>19}{:>11}{:>11}{:>12}{:>9.2f}  {:.3f} s instead of {:.3f} s\n",
+      cell(result.reduced.phase_rad), cell(result.reduced.gray_dn), "", cell(result.reduced.fit_mm),
+      1.0 / result.reduced_cost, result.reduced_time.wall_s, result.full_time.wall_s);
   return out;
 }
 

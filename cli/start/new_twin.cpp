@@ -13,12 +13,12 @@ namespace {
 constexpr double kDiffuse = 0.8, kWhite = 0.8;  // paper; share of full scale that it has in white
 
 /// Returns the keys of a lens without distortion, its principal point in the middle.
-std::string pinhole(const std::array<int, 2>& size, double focal_px) {
+std::string pinhole(const std::string& device, const std::array<int, 2>& size, double focal_px) {
   const double f = std::round(focal_px * 10.0) / 10.0;
   return fmt::format(
-      "lensmodel = \"LENSMODEL_PINHOLE\"   # or model = \"left.cameramodel\", once it is calibrated\n"
+      "lensmodel = \"LENSMODEL_PINHOLE\"   # or model = \"{}.cameramodel\", once it is calibrated\n"
       "imagersize = [{}, {}]\nintrinsics = [{}, {}, {}, {}]   # fx fy cx cy, px\n",
-      size[0], size[1], f, f, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1));
+      device, size[0], size[1], f, f, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1));
 }
 
 std::string place(double x_mm, double distance_mm) {
@@ -49,16 +49,16 @@ std::string new_twin_toml(const NewRig& rig) {
       "# All keys: docs/formats/twin.md. World frame: the first camera, mm, x right, y down, z forward.\n"
       "schema = \"fringetwin-twin/1\"\nname = \"{}\"\n\n[[camera]]\nname = \"{}\"\n{}"
       "[camera.sensor]\nbit_depth = 8\nread_noise_dn = 1.0\nelectrons_per_dn = 40.0   # shot noise\n\n",
-      rig.name, two ? "left" : "camera", pinhole(rig.camera_px, focal));
+      rig.name, two ? "left" : "camera", pinhole(two ? "left" : "camera", rig.camera_px, focal));
   if (two)
     text += fmt::format(
         "[[camera]]\nname = \"right\"\n{}{}[camera.sensor]\nbit_depth = 8\nread_noise_dn = 1.0\n"
         "electrons_per_dn = 40.0\n\n",
-        pinhole(rig.camera_px, focal), place(rig.baseline_mm, rig.distance_mm));
+        pinhole("right", rig.camera_px, focal), place(rig.baseline_mm, rig.distance_mm));
   text += fmt::format(
       "[projector]\n{}{}# White on paper (diffuse {}) is about 80 % of full scale: docs/HOW_BRIGHT.md\n"
       "intensity = {}\n\n",
-      pinhole(rig.projector_px, throw_px),
+      pinhole("projector", rig.projector_px, throw_px),
       place(two ? 0.5 * rig.baseline_mm : rig.baseline_mm, rig.distance_mm), kDiffuse, intensity);
   text += fmt::format(
       "[fringes]\ndirections = [\"x\"]\npitches_px = [{}, {}, {}]   # unambiguous over the projector\nsteps "

@@ -34,6 +34,7 @@ constexpr std::size_t kLongestNarration = 2000;
 
 void print_line(const char* prefix, const std::string& line) {
   const std::lock_guard lock(stderr_mutex);
+  std::fflush(stdout);  // both may go to one file: what was printed before stands before
   clear_bar();
   std::fputs((prefix + plain_sentence(line, kLongestNarration) + "\n").c_str(), stderr);
 }
@@ -104,8 +105,12 @@ void Progress::show(int percent) {
   std::string left;
   if (time_left_ && percent > 0 && percent < 100) {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-    const double before = 100.0 * static_cast<double>(done_before_) / static_cast<double>(total_);
-    left = ", " + rough_time(passed.count() * (100 - percent) / (percent - before)) + " left";
+    const std::size_t done = std::min(total_, done_.load());
+    if (done > done_before_)
+      left = ", " +
+             rough_time(passed.count() * static_cast<double>(total_ - done) /
+                        static_cast<double>(done - done_before_)) +
+             " left";
   }
   if (!terminal_) {
     std::fprintf(stderr, "fringetwin: %s %d %%%s\n", task_.c_str(), percent, left.c_str());
