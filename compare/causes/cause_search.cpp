@@ -21,7 +21,8 @@ constexpr double kPairShare = 0.5;   ///< of the excess that the linear step of 
 /// leaves which then explains all; kAlikeShare of the excess does not tell rivals apart, kAlikeChi2 neither.
 constexpr double kAsCurved = 10.0, kAlikeShare = 0.02, kAlikeChi2 = 50.0;
 constexpr std::size_t kMostAlone = 6, kMostFirst = 3, kMostPairs = 3;
-constexpr std::size_t kEvery = 4;  ///< pixel, where pairs are only chosen
+constexpr std::size_t kMostWithContrast = 2;  ///< pairs with another contrast of all fringes, beside these
+constexpr std::size_t kEvery = 4;             ///< pixel, where pairs are only chosen
 
 /// Parts of the work of a search, in percent: what has ended when each of them begins.
 constexpr std::size_t kColumnsDone = 40, kAloneDone = 70, kPairsDone = 90;
@@ -36,6 +37,13 @@ constexpr PixelField kFields[] = {
 
 /// What takes contrast from the fringes by a known way: of one pitch as another contrast of all does.
 constexpr std::string_view kTakeContrast[] = {"blur", "halo", "camera_psf", "subsurface"};
+
+/// Keeps the first n, and `besides` wherever it is: another contrast of all fringes looks like much that
+/// takes contrast, and takes nobody's place.
+void keep_first(std::vector<std::size_t>& list, std::size_t n, std::size_t besides) {
+  std::erase_if(list,
+                [&, kept = std::size_t{0}](std::size_t k) mutable { return k != besides && ++kept > n; });
+}
 
 }  // namespace
 
@@ -106,8 +114,12 @@ void CauseSearch::judge_twin(Causes& out) {
 void CauseSearch::weigh_by_the_nearest() {
   const NormalEquations e = sensitivity_.equations_at(base_, columns_, FreePerPixel::nothing, kEvery);
   double most = worth_naming(1.0);
+  const std::size_t contrast = group_at("fringe_contrast");
   for (std::size_t g = 0; g < groups_.size(); ++g)
-    if (const double removed = removed_by(e, {g}, kEvery); removed > most) most = removed, nearest_ = g;
+    if (const double removed = removed_by(e, {g}, kEvery); g != contrast && removed > most)
+      most = removed, nearest_ = g;
+  // what takes contrast by a known way comes first where it takes away nearly as much
+  if (contrast < groups_.size() && kAsMuch * removed_by(e, {contrast}, kEvery) > most) nearest_ = contrast;
   if (!nearest_) return;
   begin_.emplace(fit({*nearest_}, nullptr, nullptr, true));
   // all fits begin at its gain, but where that is none: an albedo that light from surface to surface drives
@@ -260,7 +272,7 @@ void CauseSearch::try_alone(std::vector<CauseRow>& rows) {
   for (std::size_t g = 0; g < rows.size(); ++g)
     if (promised[g] >= std::max(kWorthATry * most, worth_naming(1.0))) groups.push_back(g);
   std::ranges::stable_sort(groups, [&](auto a, auto b) { return promised[a] > promised[b]; });
-  groups.resize(std::min(groups.size(), kMostAlone));
+  keep_first(groups, kMostAlone, group_at("fringe_contrast"));
   double least = 0.0;  // that a rival's linear step must take away
   try_where_fits_are(rows, groups, least);
   for (std::size_t k = 0; k < groups.size(); ++k) {
@@ -335,7 +347,10 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
     if (tried_[k].groups.size() == 1 && !tried_[k].field) firsts.push_back(k);
   std::ranges::stable_sort(
       firsts, [&](auto a, auto b) { return tried_[a].fit.tried.chi2 < tried_[b].fit.tried.chi2; });
-  firsts.resize(std::min(firsts.size(), kMostFirst));
+  const std::size_t contrast = group_at("fringe_contrast");
+  const auto of_contrast =
+      std::ranges::find_if(firsts, [&](std::size_t k) { return tried_[k].groups[0] == contrast; });
+  keep_first(firsts, kMostFirst, of_contrast == firsts.end() ? tried_.size() : *of_contrast);
   struct Pair {
     std::size_t first, second;
     double left;
@@ -370,17 +385,20 @@ void CauseSearch::try_pairs(const std::vector<CauseRow>& rows) {
   const auto is_rival = [&](const Pair& p) {
     return passed && numbers(p) < numbers(*passed) && p.left <= passed->left + kAlikeShare * excess_;
   };
-  std::size_t n_tried = 0;
+  std::size_t n_tried = 0, n_with_contrast = 0;
   for (const Pair& pair : pairs) {
     const auto& [first, second, left] = pair;
     std::vector<std::size_t> both{tried_[first].groups[0], second};
     const auto is_same = [&](const TriedExplanation& t) {
       return t.groups.size() == 2 && std::ranges::is_permutation(t.groups, both);
     };
-    if (n_tried >= (is_rival(pair) ? 2 * kMostPairs : kMostPairs) || std::ranges::any_of(tried_, is_same))
+    const bool has_contrast = std::ranges::find(both, contrast) != both.end();
+    if (std::ranges::any_of(tried_, is_same) ||
+        (has_contrast ? n_with_contrast >= kMostWithContrast
+                      : n_tried >= (is_rival(pair) ? 2 * kMostPairs : kMostPairs)))
       continue;
     progress_.reach(kAloneDone + n_tried * (kPairsDone - kAloneDone) / (2 * kMostPairs));
-    ++n_tried;
+    ++(has_contrast ? n_with_contrast : n_tried);
     const CauseFit begin = tried_[first].fit;  // tried_ grows
     try_fit(both, nullptr, is_one_spread(both[0], both[1]) ? nullptr : &begin);
     settle_pair(tried_.back(), rows);
