@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cosim/extra_files.hpp"
 
+#include "compare/geometry/deviation_cloud.hpp"
 #include "measure/measured_npz.hpp"
 #include "report/plot/page_drawings.hpp"
 #include "twin/base/safe_file.hpp"
@@ -9,8 +10,8 @@ namespace fringetwin::cosim {
 
 std::vector<std::string> files_of_some_runs(const Twin& twin) {
   std::vector<std::string> names;
-  for (const Camera& camera : twin.cameras) names.push_back("measured_" + camera.name + ".npz");
-  for (const Object& object : twin.objects) names.push_back("deviation_" + object.name + ".ply");
+  for (const Camera& camera : twin.cameras) names.push_back(measure::measured_npz_name(camera.name));
+  for (const Object& object : twin.objects) names.push_back(compare::deviation_cloud_name(object.name));
   return names;
 }
 

@@ -32,6 +32,8 @@ void add_points(const PointCloud& cloud, std::vector<NpzArray>& arrays) {
 
 }  // namespace
 
+std::string measured_npz_name(const std::string& camera) { return "measured_" + camera + ".npz"; }
+
 void write_measured_npz(const std::filesystem::path& dir, const Measurement& measurement) {
   for (const CameraDecode& camera : measurement.cameras) {
     throw_if_cancelled();
@@ -45,7 +47,7 @@ void write_measured_npz(const std::filesystem::path& dir, const Measurement& mea
     arrays.push_back(
         npz_array("mask", arrays.back().shape, std::span<const bool>(mask.get(), camera.flags.size())));
     if (&camera == &measurement.cameras.front()) add_points(measurement.cloud, arrays);
-    write_npz(dir / ("measured_" + camera.camera + ".npz"), arrays);
+    write_npz(dir / measured_npz_name(camera.camera), arrays);
   }
 }
 

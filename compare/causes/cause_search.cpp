@@ -300,18 +300,25 @@ void CauseSearch::fit_alone(std::size_t g, const CauseFit* first, CauseRow& row,
                                                     kAlikeChi2}));
 }
 
+std::optional<CauseFit> CauseSearch::begin_where_fits_are(const std::vector<std::size_t>& groups) const {
+  std::vector<Parameter> own;
+  for (const std::size_t g : groups)
+    for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
+  const std::optional<Eigen::VectorXd> values = values_of_fits(fits_, twin_, own);
+  if (!values) return std::nullopt;
+  CauseFit begin{.sensors = sensitivity_, .fitted = {}};
+  begin.values = *values;
+  begin.predicted = sensitivity_.predicted(twin_, own, *values);
+  return begin;
+}
+
 void CauseSearch::try_where_fits_are(std::vector<CauseRow>& rows, std::vector<std::size_t>& not_yet,
                                      double& least) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     if (!moves_objects(g)) continue;
-    std::vector<Parameter> own;
-    for (const std::size_t at : groups_[g].at) own.push_back(parameters_[at]);
-    const std::optional<Eigen::VectorXd> values = values_of_fits(fits_, twin_, own);
-    if (!values) continue;
-    CauseFit begin{.sensors = sensitivity_, .fitted = {}};
-    begin.values = *values;
-    begin.predicted = sensitivity_.predicted(twin_, own, *values);
-    fit_alone(g, &begin, rows[g], least);
+    const std::optional<CauseFit> begin = begin_where_fits_are({g});
+    if (!begin) continue;
+    fit_alone(g, &*begin, rows[g], least);
     std::erase(not_yet, g);
   }
 }
@@ -320,15 +327,9 @@ void CauseSearch::try_place_and_size(const std::vector<CauseRow>& rows) {
   const std::vector<std::size_t> both{group_at("pose"), group_at("size")};
   for (const std::size_t g : both)
     if (g == groups_.size() || rows[g].passes) return;
-  std::vector<Parameter> own;
-  for (const std::size_t g : both)
-    for (const std::size_t k : groups_[g].at) own.push_back(parameters_[k]);
-  const std::optional<Eigen::VectorXd> values = values_of_fits(fits_, twin_, own);
-  if (!values) return;
-  CauseFit begin{.sensors = sensitivity_, .fitted = {}};
-  begin.values = *values;
-  begin.predicted = sensitivity_.predicted(twin_, own, *values);
-  try_fit(both, nullptr, &begin);
+  const std::optional<CauseFit> begin = begin_where_fits_are(both);
+  if (!begin) return;
+  try_fit(both, nullptr, &*begin);
   settle_pair(tried_.back(), rows);
 }
 

@@ -77,6 +77,8 @@ class CauseSearch {
   void promise_of_the_curved(std::vector<double>& removed_by_group) const;
   /// `first`: as in try_fit(). Raises `least` where the group passes.
   void fit_alone(std::size_t g, const CauseFit* first, CauseRow& row, double& least);
+  /// Returns where the objects' fits put these groups; nothing where they agree as it is, or cannot.
+  std::optional<CauseFit> begin_where_fits_are(const std::vector<std::size_t>& groups) const;
   /// Fits the groups to convergence from where the objects' fits put them: too far for a linear step.
   void try_where_fits_are(std::vector<CauseRow>& rows, std::vector<std::size_t>& not_yet, double& least);
   /// Fits place and size together where the objects' fits find both wrong and neither was found to explain

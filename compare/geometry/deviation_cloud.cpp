@@ -56,6 +56,8 @@ double deviation_span_um(const std::vector<const measure::ObjectFit*>& fits, dou
   return largest;
 }
 
+std::string deviation_cloud_name(const std::string& object) { return "deviation_" + object + ".ply"; }
+
 void write_deviation_clouds(const std::filesystem::path& dir, const measure::Measurement& measurement,
                             const std::vector<const measure::Measurement*>& sides) {
   for (const measure::ObjectFit& listed : measurement.fits) {
@@ -64,7 +66,7 @@ void write_deviation_clouds(const std::filesystem::path& dir, const measure::Mea
     std::vector<const measure::ObjectFit*> shown;
     for (const measure::Measurement* side : sides)
       if (const measure::ObjectFit* other = fit_with_deviations(*side, listed.object)) shown.push_back(other);
-    write_deviation_cloud(dir / fmt::format("deviation_{}.ply", listed.object), measurement.cloud, *fit,
+    write_deviation_cloud(dir / deviation_cloud_name(listed.object), measurement.cloud, *fit,
                           1e-3 * deviation_span_um(shown, kDeviationPercent));
   }
 }

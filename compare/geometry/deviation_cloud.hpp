@@ -19,6 +19,9 @@ double deviation_span_um(const std::vector<const measure::ObjectFit*>& fits, dou
 /// The colours of maps and points end at this percentile of |deviation|.
 inline constexpr double kDeviationPercent = 99.0;
 
+/// Returns "deviation_<object>.ply".
+std::string deviation_cloud_name(const std::string& object);
+
 /// Writes DIR/deviation_<object>.ply of each fitted object of a measurement that knows its deviations: the
 /// points used, scalar_deviation_mm (signed, positive outside) and red, green, blue from -span (blue) over 0
 /// (white) to +span (red). The span is common to all `sides`, which hold the measurement itself.

@@ -59,10 +59,10 @@ std::string measured_answer(const Measurement& m) {
 std::string measured_next_html(const MeasuredPage& page, const std::filesystem::path& captures) {
   const Twin& twin = page.twin;
   const auto next = [](const std::string& text, const std::vector<std::vector<std::string>>& commands) {
-    std::string html = "<p class=\"next\"><strong>What to do next:</strong> " + report::escape_html(text);
+    std::string html;
     for (const auto& argv : commands)
       html += "<br><code>" + report::escape_html(report::shell_command(argv)) + "</code>";
-    return html + "</p>\n";
+    return next_paragraph(text, html);
   };
   const std::string file = twin.file.string(), simulated = (page.dir / "simulated").string();
   if (page.measurement.cloud.size() == 0) return next("find out below which pixels were masked, and why", {});

@@ -169,6 +169,11 @@ std::string camera_heading(const std::string& name) {
   return "<h3>Camera “" + report::escape_html(name) + "”</h3>\n";
 }
 
+std::string next_paragraph(const std::string& text, const std::string& commands) {
+  return "<p class=\"next\"><strong>What to do next:</strong> " + report::escape_html(text) + commands +
+         "</p>\n";
+}
+
 std::string figure_html(const ReportInput& in, const std::string& body, const std::string& caption,
                         const std::string& formula) {
   return report::figure_html(body, caption, formula, in.command);

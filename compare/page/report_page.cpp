@@ -119,8 +119,7 @@ std::string next_html(const ReportInput& in, const std::vector<std::string>& arg
   if (next.text.empty()) return "";
   const std::string command =
       next.argv.empty() ? "" : ": <code>" + report::escape_html(report::shell_command(next.argv)) + "</code>";
-  return "<p class=\"next\"><strong>What to do next:</strong> " + report::escape_html(next.text) + command +
-         "</p>\n";
+  return next_paragraph(next.text, command);
 }
 
 }  // namespace

@@ -129,6 +129,8 @@ std::string titled_map(const std::string& title, const std::string& body);
 std::size_t camera_index(const ReportInput& in, const std::string& name);
 /// Returns "<h3>Camera “left”</h3>".
 std::string camera_heading(const std::string& name);
+/// Returns the paragraph that says what to do next; `commands`: HTML behind the text, may be empty.
+std::string next_paragraph(const std::string& text, const std::string& commands);
 
 /// Returns the figure as HTML; it tells the command that made it.
 std::string figure_html(const ReportInput& in, const std::string& body, const std::string& caption,

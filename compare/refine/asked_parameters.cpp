@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "compare/causes/group_fit.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
@@ -124,6 +125,12 @@ std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<
   for (const ParameterGroup& group : parameter_groups())
     for (Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) all.push_back(std::move(p));
   return all;
+}
+
+bool asks_for_places(const Twin& twin, const std::vector<std::string>& asked,
+                     const std::vector<int>& use_steps) {
+  return std::ranges::any_of(refinable_parameters(twin, asked, use_steps),
+                             [](const Parameter& p) { return is_geometric(p.group); });
 }
 
 void check_refine(const Twin& twin, const std::vector<std::string>& asked) {

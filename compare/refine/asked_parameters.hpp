@@ -30,6 +30,10 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
 std::vector<Parameter> refinable_parameters(const Twin& twin, const std::vector<std::string>& asked,
                                             const std::vector<int>& use_steps = {});
 
+/// Returns whether a parameter that these words mean says where something is.
+bool asks_for_places(const Twin& twin, const std::vector<std::string>& asked,
+                     const std::vector<int>& use_steps);
+
 /// Checks what was asked for: throws UserError(usage) for an unknown name, for what this twin does not have
 /// and for gain with albedo: what needs no image to be refused.
 void check_refine(const Twin& twin, const std::vector<std::string>& asked);

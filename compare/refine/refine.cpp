@@ -478,13 +478,6 @@ class Refiner {
   Refinement report_;
 };
 
-/// Returns whether a parameter that is asked for says where something is.
-bool asks_for_places(const Twin& twin, const std::vector<std::string>& asked,
-                     const std::vector<int>& use_steps) {
-  return std::ranges::any_of(refinable_parameters(twin, asked, use_steps),
-                             [](const Parameter& p) { return is_geometric(p.group); });
-}
-
 }  // namespace
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
