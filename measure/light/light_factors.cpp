@@ -87,7 +87,11 @@ struct LightSums {
 class PitchLight {
  public:
   PitchLight(const PitchSteps& pitch, const LightOptions& options, double saturation)
-      : pitch_(pitch), options_(options), steps_(static_cast<int>(pitch.image.size()), options.with_shifts) {
+      : pitch_(pitch),
+        options_(options),
+        steps_(static_cast<int>(pitch.image.size()), options.with_shifts),
+        log_factor_(Eigen::VectorXd::Zero(steps_.count())),
+        per_factor_(Eigen::VectorXd::Ones(steps_.count())) {
     choose(saturation);
   }
 
@@ -95,7 +99,6 @@ class PitchLight {
   bool run() {
     if (chosen_.n < kFewestLightPixels) return false;
     const Eigen::Index n = steps_.count(), m = steps_.of_harmonics();
-    log_factor_ = Eigen::VectorXd::Zero(n);
     Eigen::VectorXd solution;
     for (int i = 0; i < kLightIterations; ++i) {
       throw_if_cancelled();
@@ -110,6 +113,7 @@ class PitchLight {
       const Eigen::VectorXd step = solution.head(n);
       if (step.cwiseAbs().maxCoeff() < kSettledFactor) break;
       log_factor_ += step.cwiseMax(-0.5).cwiseMin(0.5);
+      per_factor_ = (-log_factor_).array().exp();
       steps_.waveform += solution.segment(n, m);
       steps_.move_by(solution.tail(steps_.of_shifts()).cwiseMax(-0.2).cwiseMin(0.2));
     }
@@ -149,12 +153,14 @@ class PitchLight {
   /// Returns a pixel's values over black as they would be with a steady light, by the factors so far.
   Eigen::VectorXd values(std::size_t pixel) const {
     Eigen::VectorXd out(steps_.count());
-    for (Eigen::Index k = 0; k < out.size(); ++k) {
-      out[k] = static_cast<double>(pitch_.image[static_cast<std::size_t>(k)]->data[pixel]) -
-               options_.black_level_dn;
-      if (log_factor_.size() > 0) out[k] *= std::exp(-log_factor_[k]);
-    }
+    read(pixel, out);
     return out;
+  }
+  void read(std::size_t pixel, Eigen::VectorXd& values) const {
+    for (Eigen::Index k = 0; k < values.size(); ++k)
+      values[k] = per_factor_[k] *
+                  (static_cast<double>(pitch_.image[static_cast<std::size_t>(k)]->data[pixel]) -
+                   options_.black_level_dn);
   }
 
   void choose(double saturation) {
@@ -235,27 +241,32 @@ class PitchLight {
     out.normal = Eigen::MatrixXd::Zero(all, all);
     out.right = Eigen::VectorXd::Zero(all);
     out.scores = out.normal;
-    Eigen::VectorXd score(all);
+    PixelEquations e;
+    Eigen::VectorXd y(n), left(n), score(all);
+    Eigen::MatrixXd harmonics(n, m), free(n, n), shifts(n, q);
     for (std::size_t i = 0; i < chosen_.blocks[block].size(); ++i) {
-      const Eigen::VectorXd y = values(chosen_.blocks[block][i]);
+      read(chosen_.blocks[block][i], y);
       StepFringe& fringe = fringes_[block][i];
-      fringe = PixelEquations(steps_, fringe, y).better(fringe);
-      const PixelEquations e(steps_, fringe, y);
-      const Eigen::VectorXd left = e.contrasts(e.residual);
-      const Eigen::MatrixXd harmonics = e.contrasts(e.harmonics),
-                            free = Eigen::MatrixXd::Identity(n, n) - e.own * e.own.transpose();
+      e.set(steps_, fringe, y);
+      fringe = e.better(fringe);
+      e.set(steps_, fringe, y);
+      e.contrasts(e.residual, left);
+      e.contrasts(e.harmonics, harmonics);
+      free.noalias() = -e.own * e.own.transpose();
+      free.diagonal().array() += 1.0;
       const double noise = weight(fringe), squares = noise * left.squaredNorm(), w = noise * trust(squares);
       // a factor changes its step by the signal there: (P diag s)^T (P diag s) = P s s^T, entry by entry
-      out.normal.topLeftCorner(n, n) += w * free.cwiseProduct(e.signal * e.signal.transpose());
+      out.normal.topLeftCorner(n, n) += w * (e.signal.asDiagonal() * free * e.signal.asDiagonal());
       out.normal.block(0, n, n, m).noalias() += w * e.signal.asDiagonal() * harmonics;
       out.normal.block(n, n, m, m).noalias() += w * harmonics.transpose() * harmonics;
-      score.head(n + m) << w * e.signal.cwiseProduct(left), w * harmonics.transpose() * left;
+      score.head(n) = w * e.signal.cwiseProduct(left);
+      score.segment(n, m).noalias() = w * harmonics.transpose() * left;
       if (q > 0) {
-        const Eigen::MatrixXd shifts = free * e.by_phase.asDiagonal() * steps_.shift_basis;
+        shifts.noalias() = free * (e.by_phase.asDiagonal() * steps_.shift_basis);
         out.normal.topRightCorner(n, q).noalias() += w * e.signal.asDiagonal() * shifts;
         out.normal.block(n, n + m, m, q).noalias() += w * harmonics.transpose() * shifts;
         out.normal.bottomRightCorner(q, q).noalias() += w * shifts.transpose() * shifts;
-        score.tail(q) = w * shifts.transpose() * left;
+        score.tail(q).noalias() = w * shifts.transpose() * left;
       }
       out.right += score;
       out.scores.noalias() += score * score.transpose();
@@ -348,7 +359,7 @@ class PitchLight {
   std::vector<LightSums> sums_;
   LightSums total_;
   Eigen::MatrixXd covariance_;  ///< for noise of variance 1 over the weights
-  Eigen::VectorXd log_factor_, sigma_, shift_sigma_;
+  Eigen::VectorXd log_factor_, per_factor_, sigma_, shift_sigma_;  ///< per_factor_: one over the factors
 };
 
 /// Finds by how much brighter each pitch was shown than all in the mean, ln, from the means of the first

@@ -72,18 +72,20 @@ class LightSteps {
   std::vector<std::complex<double>> turn_;  ///< e^(i d_k)
 };
 
-/// What a pixel's values owe to its own fringe, to the factors and to the waveform, to first order.
+/// What a pixel's values owe to its own fringe, to the factors and to the waveform, to first order. One object
+/// serves all pixels of a thread: memory asked for at every pixel is most of the time.
 struct PixelEquations {
   Eigen::VectorXd residual, signal;  ///< values less the fringe; the fringe
   Eigen::VectorXd by_phase;          ///< of the fringe
   Eigen::MatrixXd harmonics;         ///< by the waveform
-  Eigen::MatrixXd own;               ///< orthonormal, of what mean, amplitude and phase do
+  Eigen::MatrixX3d own;              ///< orthonormal, of what mean, amplitude and phase do
   Eigen::Matrix3d own_size;          ///< own * own_size: by mean, amplitude and phase
 
-  PixelEquations(const LightSteps& steps, const StepFringe& fringe, const Eigen::VectorXd& values) {
+  /// Writes the equations of a pixel that has these values, with this fringe.
+  void set(const LightSteps& steps, const StepFringe& fringe, const Eigen::VectorXd& values) {
     const int n = steps.count(), m = steps.of_harmonics();
     harmonics.resize(n, m);
-    Eigen::MatrixXd by_own(n, 3);
+    own.resize(n, 3);
     // by parts: the product of std::complex looks for values that are no numbers, and is most of this then
     const auto product = [](const std::complex<double>& a, const std::complex<double>& b) {
       return std::complex<double>(a.real() * b.real() - a.imag() * b.imag(),
@@ -102,12 +104,11 @@ struct PixelEquations {
         harmonics(k, h) = fringe.amplitude * power.real();
         harmonics(k, h + 1) = fringe.amplitude * power.imag();
       }
-      by_own.row(k) << 1.0, w, fringe.amplitude * slope;
+      own.row(k) << 1.0, w, fringe.amplitude * slope;
     }
-    by_phase = by_own.col(2);
-    signal = fringe.mean + fringe.amplitude * by_own.col(1).array();
+    by_phase = own.col(2);
+    signal = fringe.mean + fringe.amplitude * own.col(1).array();
     residual = values - signal;
-    own = by_own;
     own_size.setZero();
     for (int c = 0; c < 3; ++c) {  // Gram and Schmidt
       for (int b = 0; b < c; ++b) {
@@ -126,10 +127,13 @@ struct PixelEquations {
     return is_wild ? fringe
                    : StepFringe{fringe.mean + step[0], fringe.amplitude + step[1], fringe.phase + step[2]};
   }
-  /// Takes out of columns over the steps what the pixel's own fringe may take.
+  /// Writes columns over the steps without what the pixel's own fringe may take.
   template <class Columns>
-  Eigen::MatrixXd contrasts(const Columns& columns) const {
-    return columns - own * (own.transpose() * columns);
+  void contrasts(const Columns& columns, Columns& without) const {
+    without = columns;
+    for (int c = 0; c < 3; ++c)
+      for (Eigen::Index j = 0; j < columns.cols(); ++j)
+        without.col(j) -= own.col(c).dot(columns.col(j)) * own.col(c);
   }
 };
 

@@ -168,17 +168,30 @@ class WaveformFieldFit {
     return part;
   }
 
-  /// Returns what is left of a pixel's steps beside its own fringe of the form there. `fringe`: as it was
+  /// What the pixels of one thread are looked at with, one after the other.
+  struct Workplace {
+    LightSteps steps;
+    Eigen::VectorXd values, left;  ///< over black; what the pixel's own fringe leaves of them
+    Eigen::MatrixXd harmonics;     ///< what it leaves of these
+    PixelEquations equations = {};
+
+    explicit Workplace(const LightSteps& of)
+        : steps(of), values(of.count()), left(of.count()), harmonics(of.count(), of.of_harmonics()) {}
+  };
+
+  /// Writes what is left of a pixel's steps beside its own fringe of the form there. `fringe`: as it was
   /// last found; of no amplitude where it was not.
-  PixelEquations equations(std::size_t pixel, LightSteps& steps, Eigen::VectorXd& values,
-                           StepFringe& fringe) const {
-    read(pixel, values);
-    steps.waveform = field_.at(pixel);
+  void look_at(std::size_t pixel, Workplace& at, StepFringe& fringe) const {
+    read(pixel, at.values);
+    at.steps.waveform = field_.at(pixel);
     const bool is_new = fringe.amplitude == 0.0;
-    if (is_new) fringe = steps.sinusoid(values);
-    for (int i = 0; i < (is_new ? kPixelSteps : 1); ++i)
-      fringe = PixelEquations(steps, fringe, values).better(fringe);
-    return {steps, fringe, values};
+    if (is_new) fringe = at.steps.sinusoid(at.values);
+    for (int i = 0; i < (is_new ? kPixelSteps : 1); ++i) {
+      at.equations.set(at.steps, fringe, at.values);
+      fringe = at.equations.better(fringe);
+    }
+    at.equations.set(at.steps, fringe, at.values);
+    at.equations.contrasts(at.equations.residual, at.left);
   }
 
   /// Returns one over the noise of a pixel's values, by their mean level.
@@ -192,13 +205,12 @@ class WaveformFieldFit {
 
   void weigh_as_given() {
     std::vector<float> squares;
-    LightSteps steps = steps_;
-    Eigen::VectorXd values(steps.count());
+    Workplace at(steps_);
     for (std::size_t t = 0; t < tiles_.size(); ++t)
       for (std::size_t i = t % kOfMedian; i < tiles_[t].size(); i += kOfMedian) {
         StepFringe fringe;
-        const PixelEquations e = equations(tiles_[t][i], steps, values, fringe);
-        squares.push_back(static_cast<float>((per_noise(values) * e.contrasts(e.residual)).squaredNorm()));
+        look_at(tiles_[t][i], at, fringe);
+        squares.push_back(static_cast<float>((per_noise(at.values) * at.left).squaredNorm()));
       }
     weigh_by(std::move(squares));
   }
@@ -207,20 +219,17 @@ class WaveformFieldFit {
   FieldSums sums_of_tile(const std::vector<std::uint32_t>& tile, std::vector<StepFringe>& fringes) const {
     const Eigen::Index m = field_.of_term_.rows();
     FieldSums out{Eigen::MatrixXd::Zero(m, m), Eigen::VectorXd::Zero(m)};
-    LightSteps steps = steps_;
-    Eigen::VectorXd values(steps.count());
+    Workplace at(steps_);
     fringes.resize(tile.size());
     for (std::size_t i = 0; i < tile.size(); ++i) {
-      const PixelEquations e = equations(tile[i], steps, values, fringes[i]);
-      const double scale = per_noise(values);
-      const Eigen::VectorXd left = scale * e.contrasts(e.residual);
-      const double squares = left.squaredNorm(),
+      look_at(tile[i], at, fringes[i]);
+      at.equations.contrasts(at.equations.harmonics, at.harmonics);
+      const double scale2 = std::pow(per_noise(at.values), 2), squares = scale2 * at.left.squaredNorm(),
                    trust = squares > most_squares_ ? std::sqrt(most_squares_ / squares) : 1.0;  // Huber's
-      const Eigen::MatrixXd harmonics = scale * e.contrasts(e.harmonics);
-      out.normal += trust * (harmonics.transpose() * harmonics);
-      out.right += trust * (harmonics.transpose() * left);
+      out.normal.noalias() += trust * scale2 * at.harmonics.transpose() * at.harmonics;
+      out.right.noalias() += trust * scale2 * at.harmonics.transpose() * at.left;
       out.squares += trust * squares;
-      out.freedom += steps.freedom();
+      out.freedom += steps_.freedom();
       out.of_pixels.push_back(static_cast<float>(squares));
     }
     return out;
