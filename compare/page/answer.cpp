@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "compare/causes/cause_decision.hpp"
+#include "compare/page/moved_parts.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "report/text.hpp"
 
@@ -143,11 +145,18 @@ std::vector<std::string> without_into(std::vector<std::string> argv) {
 }
 
 /// Returns the groups of an explanation as `--refine` takes them, those of this run's first; empty where it
-/// does not fit one of them, or has just fitted all.
+/// does not fit one of them, or has just fitted all. In place of all places of rig and objects, which no
+/// image tells from a motion of everything, those that moved.
 std::string refine_value(const Comparison& c, const std::string& together) {
   std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
   const std::size_t before = names.size();
-  for (const std::string& name : groups_in(together)) {
+  const std::vector<std::string> groups = groups_in(together);
+  const auto explains = [&](const char* group) { return std::ranges::find(groups, group) != groups.end(); };
+  const std::vector<std::string> moved =
+      explains("rig") && explains("pose") ? moved_parts(c.causes) : std::vector<std::string>{};
+  std::ranges::copy(moved, std::back_inserter(names));
+  for (const std::string& name : groups) {
+    if (!moved.empty() && (name == "rig" || name == "pose")) continue;
     const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
     if (group == parameter_groups().end() ? name != "texture" : !group->instead.empty()) return "";
     if (std::ranges::find(names, name) == names.end() &&

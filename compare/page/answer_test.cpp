@@ -112,6 +112,27 @@ TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {
             "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine pose,response");
 }
 
+TEST(Answer, RefinesWhatMovedWhereAllPlacesWouldMoveTogether) {
+  Comparison c = caused_by({"rig + pose + response"});
+  c.causes.rows.resize(2);
+  c.causes.rows[0].group = "rig";
+  c.causes.rows[0].parameters = {{"projector.turn_rad.y", "rad", 0.0, 6e-4, 6e-6},
+                                 {"projector.shift_mm.x", "mm", 0.0, 0.01, 0.006},
+                                 {"right.turn_rad.y", "rad", 0.0, 2e-6, 8e-6}};
+  c.causes.rows[1].group = "pose";
+  c.causes.rows[1].parameters = {{"ball.center_mm.x", "mm", 0.0, 0.2, 0.002},
+                                 {"ball.center_mm.z", "mm", 656.3, 656.31, 0.02},
+                                 {"wall.offset_mm", "mm", 0.0, -0.01, 0.02}};
+  const std::string all = "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine ";
+  EXPECT_EQ(command(next_step(c, {}, kCosim)),
+            all + "projector.turn_rad,projector.shift_mm,ball.center_mm,response");
+  c.causes.rows[1].parameters[2] = {"wall.offset_mm", "mm", 0.0, -0.1, 0.02};
+  EXPECT_EQ(command(next_step(c, {}, kCosim)),
+            all + "projector.turn_rad,projector.shift_mm,ball.center_mm,wall.offset_mm,response");
+  c.causes.rows.pop_back();  // what of the objects moved is not known
+  EXPECT_EQ(command(next_step(c, {}, kCosim)), all + "rig,pose,response");
+}
+
 TEST(Answer, ARefinementGoesOnWithWhatItFitted) {
   Comparison c = caused_by({"blur"});
   c.refinement.emplace().asked = {"pose"};

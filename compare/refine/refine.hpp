@@ -31,9 +31,9 @@ enum class Evidence {
 /// gain is held at the twin's, because the two enter as a product. "texture" gives every pixel a factor of
 /// its own, "offset" an offset, which holds the black level at the twin's; those, and "texture_spread", are
 /// told by apply_texture() after it. Places that would be taken back, or that leave
-/// the light of regions alone unexplained, are fitted once more by fringes and light. `simulated`: the twin as it is,
-/// rendered and measured. Throws UserError(usage) as check_refine(), for parameters that change nothing and
-/// for those that the data cannot tell apart, naming them; Cancelled after Ctrl-C.
+/// the light of regions alone unexplained, are fitted once more by fringes and light. `simulated`: the twin
+/// as it is, rendered and measured. Throws UserError(usage) as check_refine(), for parameters that change
+/// nothing and for those that the data cannot tell apart, naming them; Cancelled after Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse = WhatIsWorse::taken_back,
                Evidence evidence = Evidence::fringes);
