@@ -8,8 +8,11 @@
 #include <fstream>
 
 #include "report/plot/plot.hpp"
+#include "report/text.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::report {
@@ -48,6 +51,15 @@ std::vector<std::string> drawings_in(const std::filesystem::path& folder) {
   return out;
 }
 
+/// Returns the first line of what escape_html() made of a text, as the text was.
+std::string plain_line_of(std::string_view html) {
+  std::string out(html.substr(0, html.find('\n')));
+  for (const auto& [entity, letter] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}})
+    out = replace_all(out, entity, letter);
+  return replace_all(out, "&amp;", "&");
+}
+
 }  // namespace
 
 std::vector<PageDrawing> drawings_of_page(std::string_view html) {
@@ -70,6 +82,20 @@ void write_drawings(const std::filesystem::path& folder, const std::vector<PageD
   begin_output(folder, drawings_in(folder), Writers::several);
   for (const PageDrawing& drawing : drawings) write_text_file(folder / (drawing.name + ".svg"), drawing.svg);
   say(fmt::format("{} drawings: {}", drawings.size(), folder.string()));
+}
+
+void check_all_drawn(const std::filesystem::path& page) {
+  const std::string html = read_whole_text(page, {.what = "page"});
+  std::string why;
+  std::size_t n = 0;
+  for (std::size_t at = html.find(kUndrawn); at != std::string::npos; at = html.find(kUndrawn, at)) {
+    at += kUndrawn.size();
+    if (n++ == 0) why = plain_line_of(std::string_view(html).substr(at, html.find(".</p>", at) - at));
+  }
+  if (n > 0)
+    throw UserError(ExitCode::usage, page.string(),
+                    fmt::format("{} of its drawings could not be made ({})", n, why),
+                    "run the command that made the page again for them");
 }
 
 }  // namespace fringetwin::report
