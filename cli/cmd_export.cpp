@@ -114,8 +114,10 @@ Started start_by_itself(const char* program, const std::string& argument) {
 int run_open(const std::string& run) {
   const fs::path page = fs::absolute(page_of(run));
   if (!fs::is_regular_file(page) || page.extension() != ".html")
-    throw UserError(ExitCode::input, page.string(), "there is no such page",
-                    "give the folder that a run wrote into, or a page (.html)");
+    throw UserError(
+        ExitCode::input, page.string(), "there is no such page",
+        "give the folder that a run wrote into, or a page (.html); `fringetwin index DIR` makes one "
+        "of all runs below a folder");
   fmt::print("{}\n", plain_text(page.string()));
   const Started started = start_by_itself("xdg-open", page.string());
   if (started != Started::yes)

@@ -46,7 +46,26 @@ std::string glossary_html(const std::string& page_html) {
                             "</dl></details>";
 }
 
+/// Returns the text of the first element that begins with `tag`, whose own end is `end`; empty without one.
+std::string text_of_element(std::string_view html, std::string_view tag, std::string_view end) {
+  const std::size_t begin = html.find(tag);
+  if (begin == std::string_view::npos) return "";
+  const std::size_t text = html.find('>', begin), after = html.find(end, begin);
+  if (text == std::string_view::npos || after == std::string_view::npos || after < text) return "";
+  return unescape_html(html.substr(text + 1, after - text - 1));
+}
+
 }  // namespace
+
+std::optional<PageHead> head_of_page(std::string_view html) {
+  const std::size_t begin = html.find("<header>"), end = html.find("</header>");
+  const bool ours = html.find("<meta name=\"generator\" content=\"fringetwin\">") < begin;
+  if (!ours || begin == std::string_view::npos || end == std::string_view::npos || end < begin) return {};
+  const std::string_view head = html.substr(begin, end - begin);
+  return PageHead{.title = text_of_element(head, "<h1", "</h1>"),
+                  .answer = text_of_element(head, "<p class=\"answer\"", "</p>"),
+                  .verdict = text_of_element(head, "<div class=\"verdict", "</div>")};
+}
 
 std::string figure_html(const std::string& body_html, const std::string& caption, const std::string& formula,
                         const std::string& command) {

@@ -2,7 +2,9 @@
 // Turns sections, figures and warnings into one page: a self-contained HTML file that needs no network, opens
 // from disk and prints well.
 #pragma once
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fringetwin::report {
@@ -32,5 +34,12 @@ struct Page {
   std::string script = {};             ///< JavaScript at the end of the page; may be empty
   std::string html() const;
 };
+
+/// What the head of a page of this program says, as text.
+struct PageHead {
+  std::string title, answer, verdict;
+};
+/// Returns it from the first bytes of a page (64 KiB are plenty); nothing of a page of others.
+std::optional<PageHead> head_of_page(std::string_view html);
 
 }  // namespace fringetwin::report

@@ -51,15 +51,6 @@ std::vector<std::string> drawings_in(const std::filesystem::path& folder) {
   return out;
 }
 
-/// Returns the first line of what escape_html() made of a text, as the text was.
-std::string plain_line_of(std::string_view html) {
-  std::string out(html.substr(0, html.find('\n')));
-  for (const auto& [entity, letter] :
-       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}})
-    out = replace_all(out, entity, letter);
-  return replace_all(out, "&amp;", "&");
-}
-
 }  // namespace
 
 std::vector<PageDrawing> drawings_of_page(std::string_view html) {
@@ -90,7 +81,8 @@ void check_all_drawn(const std::filesystem::path& page) {
   std::size_t n = 0;
   for (std::size_t at = html.find(kUndrawn); at != std::string::npos; at = html.find(kUndrawn, at)) {
     at += kUndrawn.size();
-    if (n++ == 0) why = plain_line_of(std::string_view(html).substr(at, html.find(".</p>", at) - at));
+    const std::string_view sentence = std::string_view(html).substr(at, html.find(".</p>", at) - at);
+    if (n++ == 0) why = unescape_html(sentence.substr(0, sentence.find('\n')));
   }
   if (n > 0)
     throw UserError(ExitCode::usage, page.string(),

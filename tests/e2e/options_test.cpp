@@ -315,6 +315,40 @@ TEST(Export, NamesTheToolThatDidNotDrawThePage) {
   EXPECT_TRUE(fs::exists(dir / "out" / "gray-left0.svg")) << "what is there is written";
 }
 
+TEST(Index, ListsTheRunsBelowAFolder) {
+  const auto dir = scratch_folder("index");
+  const auto index = [&](const fs::path& of) { return run_fringetwin({"index", of.string()}); };
+  const fs::path page = dir / "index.html";
+  expect_refused(index(dir / "none"), 3, {"none: is no folder"});
+  expect_refused(index(dir), 3, {"no run is here or below"});
+  EXPECT_FALSE(fs::exists(page));
+
+  const std::string script = "<script>alert(1)<";
+  for (const std::string& name : {std::string("plain"), script})
+    write_file(dir / name / "result.json",
+               R"({"schema": "fringetwin-result/1", "twin": "<script>", "phase": [{"rms_rad": 0.25}]})");
+  write_file(dir / "broken" / "result.json", "{");
+  const RunResult run = index(dir);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, page.string() + "\n");
+  EXPECT_THAT(run.err, HasSubstr("3 runs listed"));
+  const std::string html = read_file(page);
+  EXPECT_THAT(html, HasSubstr("0.25000"));
+  EXPECT_THAT(html, HasSubstr("broken/result.json"));
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+
+  fs::remove_all(dir / "plain");
+  EXPECT_EQ(index(dir).exit_code, 0) << "its own page is written anew";
+  EXPECT_THAT(read_file(page), Not(HasSubstr("plain")));
+  fs::remove_all(dir / "broken");
+  fs::remove_all(dir / script);
+  EXPECT_EQ(index(dir).exit_code, 0) << "and lists none where the runs are gone";
+  EXPECT_THAT(read_file(page), HasSubstr("No run is here."));
+  write_file(page, "<html>mine</html>");
+  expect_refused(index(dir), 2, {"index.html: was not written by this command", "move it away"});
+  EXPECT_EQ(read_file(page), "<html>mine</html>");
+}
+
 // Everything else is written, and a command that fails anyway keeps its exit code.
 TEST(Figures, WithoutGnuplotTheRunSaysSoAndDoesNotEndWell) {
   FT_NEED_DEVICE();
