@@ -11,13 +11,11 @@
 #include "report/provenance.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
-#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::compare {
 namespace {
 
 constexpr const char* kTitle = "Runs of fringetwin";
-constexpr std::size_t kHeadOfPage = 1 << 16;  ///< bytes, style sheet included
 
 /// Returns the gains of all cameras: "17.3029 ± 0.0041, 18.10 ± 0.12".
 std::string gains_text(const RunSummary& run) {
@@ -87,13 +85,8 @@ std::string run_index_html(const std::filesystem::path& dir, const std::vector<R
 }
 
 bool is_run_index(const std::filesystem::path& file) {
-  try {
-    const std::string head = read_text_start(file, {.what = "page"}, kHeadOfPage, nullptr);
-    const std::optional<report::PageHead> says = report::head_of_page(head);
-    return says && says->title == kTitle;
-  } catch (const UserError&) {
-    return false;
-  }
+  const std::optional<report::PageHead> says = report::head_of_page(file);
+  return says && says->title == kTitle;
 }
 
 }  // namespace fringetwin::compare

@@ -10,9 +10,8 @@
 
 #include "compare/result_file.hpp"
 #include "report/html_page.hpp"
-#include "report/text.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
-#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -21,22 +20,20 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kDeepest = 32;  ///< levels of folders: a loop of mounts has an end
-constexpr std::size_t kHeadOfPage = 1
-                                    << 16;  ///< bytes: the style sheet has 9000, and the answer is a sentence
 
-double number_at(const json& row, const char* key) {
+double number_under(const json& row, const char* key) {
   const auto at = row.is_object() ? row.find(key) : row.end();
   return row.is_object() && at != row.end() && at->is_number() ? at->get<double>()
                                                                : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string text_at(const json& row, const char* key) {
+std::string text_under(const json& row, const char* key) {
   const auto at = row.is_object() ? row.find(key) : row.end();
   return row.is_object() && at != row.end() && at->is_string() ? at->get<std::string>() : "";
 }
 
 /// Returns the rows of a table of the result; none where it has no such table.
-std::vector<json> rows_of(const json& result, const char* table) {
+std::vector<json> rows_under(const json& result, const char* table) {
   const auto at = result.find(table);
   return at != result.end() && at->is_array() ? at->get<std::vector<json>>() : std::vector<json>{};
 }
@@ -45,7 +42,7 @@ std::vector<json> rows_of(const json& result, const char* table) {
 std::string command_of(const json& result) {
   const auto provenance = result.find("provenance");
   if (provenance == result.end() || !provenance->is_object()) return "";
-  const std::vector<json> argv = rows_of(*provenance, "argv");
+  const std::vector<json> argv = rows_under(*provenance, "argv");
   return argv.size() > 1 && argv[1].is_string() ? argv[1].get<std::string>() : "";
 }
 
@@ -54,11 +51,11 @@ std::string command_of(const json& result) {
 double worst_held_out(const json& result) {
   std::map<std::string, std::pair<double, double>>
       sums;  // of each camera: what is left, and what is predicted
-  for (const json& row : rows_of(result, "held_out")) {
-    const double n = number_at(row, "n"), left = number_at(row, "rms_dn"),
-                 predicted = number_at(row, "predicted_dn");
+  for (const json& row : rows_under(result, "held_out")) {
+    const double n = number_under(row, "n"), left = number_under(row, "rms_dn"),
+                 predicted = number_under(row, "predicted_dn");
     if (!(n > 0.0) || !std::isfinite(left) || !std::isfinite(predicted)) continue;
-    auto& [sum_left, sum_predicted] = sums[text_at(row, "camera")];
+    auto& [sum_left, sum_predicted] = sums[text_under(row, "camera")];
     sum_left += n * left * left;
     sum_predicted += n * predicted * predicted;
   }
@@ -71,14 +68,14 @@ double worst_held_out(const json& result) {
 void read_result(const fs::path& file, RunSummary& run) {
   try {
     const json result = read_result_file(file).json;
-    run.twin = text_at(result, "twin");
+    run.twin = text_under(result, "twin");
     run.command = command_of(result);
     run.held_out_ratio = worst_held_out(result);
-    for (const json& row : rows_of(result, "phase"))
-      run.phase_rms_rad = std::fmax(run.phase_rms_rad, number_at(row, "rms_rad"));
-    for (const json& row : rows_of(result, "gain"))
-      if (const double gain = number_at(row, "gain_dn"); std::isfinite(gain))
-        run.gains_dn.emplace_back(gain, number_at(row, "gain_sigma_dn"));
+    for (const json& row : rows_under(result, "phase"))
+      run.phase_rms_rad = std::fmax(run.phase_rms_rad, number_under(row, "rms_rad"));
+    for (const json& row : rows_under(result, "gain"))
+      if (const double gain = number_under(row, "gain_dn"); std::isfinite(gain))
+        run.gains_dn.emplace_back(gain, number_under(row, "gain_sigma_dn"));
   } catch (const UserError& fault) {
     run.fault = fault.what();
   }
@@ -86,17 +83,12 @@ void read_result(const fs::path& file, RunSummary& run) {
 
 /// Returns whether a file is a page of this program; what its head says goes to `run`.
 bool read_page(const fs::path& file, RunSummary& run) {
-  try {
-    const std::string head = read_text_start(file, {.what = "page"}, kHeadOfPage, nullptr);
-    const std::optional<report::PageHead> says = report::head_of_page(head);
-    if (!says) return false;
-    run.answer = says->answer;
-    run.verdict = says->verdict;
-    if (run.twin.empty()) run.twin = says->title;
-    return true;
-  } catch (const UserError&) {
-    return false;
-  }
+  const std::optional<report::PageHead> says = report::head_of_page(file);
+  if (!says) return false;
+  run.answer = says->answer;
+  run.verdict = says->verdict;
+  if (run.twin.empty()) run.twin = says->title;
+  return true;
 }
 
 std::chrono::system_clock::time_point time_of(const fs::path& file) {

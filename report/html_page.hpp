@@ -2,9 +2,9 @@
 // Turns sections, figures and warnings into one page: a self-contained HTML file that needs no network, opens
 // from disk and prints well.
 #pragma once
+#include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace fringetwin::report {
@@ -39,7 +39,7 @@ struct Page {
 struct PageHead {
   std::string title, answer, verdict;
 };
-/// Returns it from the first bytes of a page (64 KiB are plenty); nothing of a page of others.
-std::optional<PageHead> head_of_page(std::string_view html);
+/// Reads it from the first bytes of a file; nothing of a page of others, and of what cannot be read.
+std::optional<PageHead> head_of_page(const std::filesystem::path& file);
 
 }  // namespace fringetwin::report

@@ -36,7 +36,7 @@ else
   echo "fringetwin: no real captures at $captures (FRINGETWIN_CAPTURES), so none was run; make captures, in a checkout, fetches them" >&2
 fi
 
-# Demos of version 0.1 wrote a page of their own, which `index` would take for a stranger's.
+# Earlier demos wrote a page of their own, which `index` would take for that of a stranger.
 if grep -qs '<title>fringetwin demo</title>' "$out/index.html"; then rm "$out/index.html"; fi
 "$program" index "$out" > /dev/null || exit
 

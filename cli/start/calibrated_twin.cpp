@@ -15,11 +15,11 @@ constexpr double kDistance_mm = 250.0;  ///< where axes that do not approach eac
 constexpr int kUsualWidth_px = 1280;    ///< of a projector that is not there
 
 /// The ray through the middle of a device's image, in the reference's frame.
-struct Axis {
+struct MiddleRay {
   Eigen::Vector3d stand_mm, direction;
 };
 
-Axis axis_of(const calib::ImportedDevice& d) {
+MiddleRay axis_of(const calib::ImportedDevice& d) {
   const Lens lens(d.lensmodel, d.intrinsics, {d.imagersize_px[0], d.imagersize_px[1]}, d.where);
   const Eigen::Vector2d middle(0.5 * (lens.width() - 1), 0.5 * (lens.height() - 1));
   const Pose T_ref_device = d.T_device_ref.inverse();
@@ -28,7 +28,7 @@ Axis axis_of(const calib::ImportedDevice& d) {
 }
 
 /// Returns how far along `a` the other axis passes nearest.
-double nearest_mm(const Axis& a, const Axis& b) {
+double nearest_mm(const MiddleRay& a, const MiddleRay& b) {
   const double cosine = a.direction.dot(b.direction), sine_squared = 1.0 - cosine * cosine;
   const Eigen::Vector3d between = b.stand_mm - a.stand_mm;
   const double along = (a.direction - cosine * b.direction).dot(between) / sine_squared;
@@ -36,9 +36,9 @@ double nearest_mm(const Axis& a, const Axis& b) {
 }
 
 /// Returns a text in the quotes of TOML, of which JSON's are a part.
-std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+std::string in_quotes(const std::string& text) { return nlohmann::json(text).dump(); }
 
-double distance_of(const CalibratedRig& rig, const Axis& first) {
+double distance_of(const CalibratedRig& rig, const MiddleRay& first) {
   if (rig.distance_mm) return *rig.distance_mm;
   if (rig.projector) return nearest_mm(first, axis_of(rig.projector->device));
   return rig.cameras.size() > 1 ? nearest_mm(first, axis_of(rig.cameras[1].device)) : kDistance_mm;
@@ -53,13 +53,13 @@ std::string calibrated_twin_toml(const CalibratedRig& rig) {
       "forward.\n"
       "schema = \"fringetwin-twin/1\"\nname = \"calibrated rig\"\ncameramodel_unit = \"m\"   # mrcal's\n\n";
   for (const CalibratedDevice& camera : rig.cameras)
-    text += fmt::format("[[camera]]\nname = {}\nmodel = {}\n{}", quoted(camera.device.name),
-                        quoted(camera.model), sensor_block(&camera == &rig.cameras.front()));
+    text += fmt::format("[[camera]]\nname = {}\nmodel = {}\n{}", in_quotes(camera.device.name),
+                        in_quotes(camera.model), sensor_block(&camera == &rig.cameras.front()));
   if (rig.projector)
-    text += fmt::format("[projector]\nmodel = {}\n{}", quoted(rig.projector->model), intensity_lines());
+    text += fmt::format("[projector]\nmodel = {}\n{}", in_quotes(rig.projector->model), intensity_lines());
   text += fringes_block(rig.projector ? rig.projector->device.imagersize_px[0] : kUsualWidth_px);
   const calib::ImportedDevice& first = rig.cameras.front().device;
-  const Axis axis = axis_of(first);
+  const MiddleRay axis = axis_of(first);
   const double distance = distance_of(rig, axis);
   const auto seen = [&](int size_px, double focal_px) { return size_px * distance / focal_px; };
   return text + ball_block(axis.stand_mm, axis.direction, distance,
