@@ -13,7 +13,6 @@
 #include "cli/option_values.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/plain_text.hpp"
-#include "twin/file/cameramodel.hpp"
 #include "twin/file/opencv_import.hpp"
 
 namespace fringetwin::cli {
@@ -130,18 +129,7 @@ int run_kalibr(const ImportCommand& o) {
 
 int run_mrcal(const ImportCommand& o) {
   check_rig_options(o.rig);
-  ImportedRig rig;
-  std::vector<std::string> files = o.files;
-  rig.has_projector = !o.projector.empty();
-  if (rig.has_projector) files.push_back(o.projector);
-  rig.source = fmt::format("{}", fmt::join(files, " "));
-  for (const std::string& file : files) {
-    const CameraModelFile model = read_cameramodel(file);
-    RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
-    rt.tail<3>() *= o.mm_per_unit();
-    rig.devices.push_back({fs::path(file).stem().string(), model.lensmodel, model.intrinsics,
-                           model.imagersize, pose_from_rt(rt), model.extra, file});
-  }
+  ImportedRig rig = read_models(o.files, o.projector, o.mm_per_unit());
   arrange(rig, o);
   return finish_import(std::move(rig), o.rig);
 }

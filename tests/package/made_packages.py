@@ -2,6 +2,7 @@
 """What the tests of packages share: running programs, and making the packages of a build tree."""
 import pathlib
 import re
+import shutil
 import subprocess
 
 TWIN = "datasets/povray-ball-wall/twin.toml"  # with its images, and quick
@@ -41,8 +42,15 @@ def names_in(dependencies):
 
 
 def make_packages(build, folder):
-    """Makes the packages of a build tree in a folder; returns their files by the names of the packages."""
+    """Makes the packages of a build tree in a folder, which is emptied before."""
+    shutil.rmtree(folder, ignore_errors=True)
     run(["cpack", "--config", build / "CPackConfig.cmake", "-G", "DEB", "-B", folder])
+    shutil.rmtree(folder / "_CPack_Packages")  # what they were made of, unpacked
+    packages_in(build, folder)
+
+
+def packages_in(build, folder):
+    """Returns the files of a build tree's packages, which are in that folder, by the names of the packages."""
     packages = {field(file, "Package"): file for file in folder.glob("*.deb")}
     components = re.search('CPACK_COMPONENTS_ALL "(.*)"', (build / "CPackConfig.cmake").read_text(encoding="utf-8"))[1].split(";")
     wanted = {NAMES[component] for component in components}
