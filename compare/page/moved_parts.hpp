@@ -9,10 +9,10 @@
 
 namespace fringetwin::compare {
 
-/// Returns the places, as `--refine` takes them ("projector.turn_rad", "projector.shift_mm", "ball.center_mm",
-/// "wall.tilt_rad"), of each device and object whose estimate is more than four standard errors off the
-/// twin's in the groups "rig" and "pose". Empty where nothing is, or where either group has no such place:
-/// then it is not both that moved.
+/// Returns the places, as `--refine` takes them ("projector.turn_rad", "projector.shift_mm",
+/// "ball.center_mm", "wall.tilt_rad"), of each device and object whose estimate is more than four standard
+/// errors off the twin's in the groups "rig" and "pose". Empty where nothing is, or where either group has no
+/// such place: then it is not both that moved.
 std::vector<std::string> moved_parts(const Causes& causes);
 
 }  // namespace fringetwin::compare
