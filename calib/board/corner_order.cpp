@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/board/corner_order.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
+#include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::calib {
@@ -57,6 +60,24 @@ const CornerOrder* turn_beside(const Board& board, const std::vector<Corner>& fi
     if (apart_px(first, reordered(board, other, order)) <= together_px) return &order;
   }
   return nullptr;
+}
+
+void check_not_mirrored(const Observations& o) {
+  constexpr double kMostViews = 0.75, kMostCells = 0.75;
+  for (std::size_t d = 0; d < o.devices.size(); ++d) {
+    int n = 0, n_mirrored = 0;
+    for (const View& view : o.views) {
+      if (view.device != static_cast<int>(d)) continue;
+      ++n;
+      n_mirrored += mirrored_share(o.board, view.corners) > kMostCells;
+    }
+    if (n_mirrored > kMostViews * n)
+      throw UserError(
+          ExitCode::input, (o.file.empty() ? "" : o.file.string() + ": ") + o.devices[d].name,
+          fmt::format("{} of its {} views have the corners as in a mirror", n_mirrored, n),
+          "are its images mirrored, or the rows of its corners from right to left? Of a projector: are the "
+          "fringes of x and y exchanged, the cameras' images mirrored, or is it set to rear projection?");
+  }
 }
 
 }  // namespace fringetwin::calib

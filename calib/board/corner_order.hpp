@@ -48,6 +48,10 @@ std::vector<T> reordered(const Board& board, const std::vector<T>& corners, cons
 /// seen whole.
 double mirrored_share(const Board& board, const std::vector<Corner>& corners);
 
+/// Throws UserError(input) for a device most of whose views have the corners as in a mirror: nothing printed
+/// is seen from behind. A single such view has a sentence of its own (solve/seed.hpp).
+void check_not_mirrored(const Observations& observations);
+
 /// Returns the order in which `other` is read beside `first`, both of the same coordinates (the projector's
 /// at each corner): the turn without a mirror that brings them together. nullptr where they agree as they
 /// are, and where nothing brings them together.

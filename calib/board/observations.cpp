@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/board/corner_order.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
@@ -108,26 +107,6 @@ void check_counts(const Observations& o) {
   }
 }
 
-/// Nothing printed is seen from behind, so a device whose views are mirrored was given corners in a wrong
-/// order. A single such view has a sentence of its own (seed_rig.cpp).
-void check_mirrored(const Observations& o) {
-  constexpr double kMostViews = 0.75, kMostCells = 0.75;
-  for (std::size_t d = 0; d < o.devices.size(); ++d) {
-    int n = 0, n_mirrored = 0;
-    for (const View& view : o.views) {
-      if (view.device != static_cast<int>(d)) continue;
-      ++n;
-      n_mirrored += mirrored_share(o.board, view.corners) > kMostCells;
-    }
-    if (n_mirrored > kMostViews * n)
-      refuse(
-          place(o, o.devices[d].name),
-          fmt::format("{} of its {} views have the corners as in a mirror", n_mirrored, n),
-          "are its images mirrored, or the rows of its corners from right to left? Of a projector: are the "
-          "fringes of x and y exchanged, the cameras' images mirrored, or is it set to rear projection?");
-  }
-}
-
 }  // namespace
 
 double Board::diagonal_mm() const { return std::hypot(width_mm(), height_mm()); }
@@ -183,7 +162,6 @@ void check_observations(const Observations& o) {
   for (const Device& device : o.devices) check_device(device);
   for (const View& view : o.views) check_view(o, view);
   check_counts(o);
-  check_mirrored(o);
 }
 
 Observations select_frames(const Observations& o, const std::vector<int>& frames) {

@@ -65,7 +65,7 @@ struct Observations {
 
 /// Throws UserError(input) with one sentence when the observations cannot be calibrated from: non-finite
 /// corners, corners outside the imager, a spacing that is not in metres, too few views or corners, a device
-/// without a view shared with the others, one that has the corners as in a mirror.
+/// without a view shared with the others.
 void check_observations(const Observations& observations);
 
 /// Only these frames.
