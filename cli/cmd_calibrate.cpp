@@ -109,12 +109,16 @@ std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
   return devices;
 }
 
-/// A twin.toml of these devices, to go on from; only with the cameras a twin can have.
+/// A twin.toml of these devices, to go on from, with the fringes and sensors of --twin; only with the cameras
+/// a twin can have.
 std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
   std::vector<std::pair<std::string, bool>> devices;
   for (const auto& device : c.devices) devices.emplace_back(device.name, device.name == o.projector);
   const auto n_cameras = std::ranges::count_if(devices, [](const auto& d) { return !d.second; });
-  return n_cameras < 1 || n_cameras > 2 ? "" : starting_twin_toml("calibrated rig", devices);
+  return n_cameras < 1 || n_cameras > 2
+             ? ""
+             : starting_twin_toml("calibrated rig", devices,
+                                  o.twin.empty() ? KeptTables{} : kept_tables(o.twin));
 }
 
 std::vector<fs::path> files_of(const std::string& pattern) {

@@ -25,6 +25,27 @@ TEST(CalibrateRendered, FewBoards) {
   expect_the_rig_is_found(scene, {0.08, 0.12});
 }
 
+// The board of 11 x 8 squares is read from its one end whichever way up the camera is.
+TEST(CalibrateRendered, ACameraUpsideDown) {
+  FT_NEED_DEVICE();
+  RenderedBoards scene;
+  scene.reduction = 4;
+  scene.n_boards = 4;
+  scene.right_upside_down = true;
+  expect_the_rig_is_found(scene, {0.08, 0.12});
+}
+
+// One of 11 x 9 looks the same from both ends: the fringes tell them apart.
+TEST(CalibrateRendered, ACameraUpsideDownAndABoardThatLooksTheSame) {
+  FT_NEED_DEVICE();
+  RenderedBoards scene;
+  scene.reduction = 4;
+  scene.n_boards = 4;
+  scene.board = {10, 8, 10.0};
+  scene.right_upside_down = true;
+  expect_the_rig_is_found(scene, {0.08, 0.12});
+}
+
 // The same with circles, whose centroids are not their centres' pictures: up to half a pixel here.
 TEST(CalibrateRendered, CirclesInsteadOfSquares) {
   FT_NEED_DEVICE();
