@@ -113,15 +113,15 @@ TEST_F(RunIndex, NamesOfFoldersAreTextAndAddressesOnly) {
     write(fs::path(name) / "result.json", kResult);
     write_page(name, "a </td><script>x");
   }
-  write(".unseen/result.json", kResult);
-  fs::create_directory_symlink(dir_, dir_ / "loop");
+  write(".unseen_run/result.json", kResult);
+  fs::create_directory_symlink(dir_, dir_ / "loop_to_itself");
   const std::string html = index();
   EXPECT_THAT(html, Not(HasSubstr("<script")));
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(1)&lt;</a>"));
   EXPECT_THAT(html, HasSubstr("href=\"%3Cscript%3Ealert%281%29%3C/report.html\""));
   EXPECT_THAT(html, HasSubstr("href=\"javascript%3Aalert%281%29/report.html\""));
-  EXPECT_THAT(html, Not(HasSubstr("unseen")));
-  EXPECT_THAT(html, Not(HasSubstr("loop")));
+  EXPECT_THAT(html, Not(HasSubstr("unseen_run")));
+  EXPECT_THAT(html, Not(HasSubstr("loop_to_itself")));
 }
 
 TEST_F(RunIndex, KnowsItsOwnPage) {

@@ -63,9 +63,9 @@ std::string text_of_element(std::string_view html, std::string_view tag, std::st
 
 std::optional<PageHead> head_of_page(const std::filesystem::path& file) {
   std::string html;
-  std::uintmax_t file_bytes = 0;
   try {
-    html = read_text_start(file, {.what = "page"}, kHeadOfPage, &file_bytes);
+    std::uintmax_t size = 0;
+    html = read_text_start(file, {.what = "page"}, kHeadOfPage, &size);
   } catch (const UserError&) {
     return {};
   }
