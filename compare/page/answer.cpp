@@ -151,10 +151,14 @@ std::string refine_value(const Comparison& c, const std::string& together) {
   std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
   const std::size_t before = names.size();
   const std::vector<std::string> groups = groups_in(together);
-  const auto explains = [&](const char* group) { return std::ranges::find(groups, group) != groups.end(); };
-  const std::vector<std::string> moved =
-      explains("rig") && explains("pose") ? moved_parts(c.causes) : std::vector<std::string>{};
-  std::ranges::copy(moved, std::back_inserter(names));
+  const auto has = [](const std::vector<std::string>& all, const std::string& name) {
+    return std::ranges::find(all, name) != all.end();
+  };
+  const bool all_may_move =
+      has(groups, "rig") && has(groups, "pose") && !has(names, "rig") && !has(names, "pose");
+  const std::vector<std::string> moved = all_may_move ? moved_parts(c.causes) : std::vector<std::string>{};
+  std::ranges::copy_if(moved, std::back_inserter(names),
+                       [&](const std::string& part) { return !has(names, part); });
   for (const std::string& name : groups) {
     if (!moved.empty() && (name == "rig" || name == "pose")) continue;
     const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);

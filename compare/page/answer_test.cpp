@@ -129,6 +129,14 @@ TEST(Answer, RefinesWhatMovedWhereAllPlacesWouldMoveTogether) {
   c.causes.rows[1].parameters[2] = {"wall.offset_mm", "mm", 0.0, -0.1, 0.02};
   EXPECT_EQ(command(next_step(c, {}, kCosim)),
             all + "projector.turn_rad,projector.shift_mm,ball.center_mm,wall.offset_mm,response");
+  // nothing is asked for twice, and what was just fitted is not recommended again
+  c.refinement.emplace().asked = {"ball.center_mm", "projector.turn_rad"};
+  EXPECT_EQ(command(next_step(c, {}, kCosim)),
+            all + "ball.center_mm,projector.turn_rad,projector.shift_mm,wall.offset_mm,response");
+  c.refinement->asked = {"projector.turn_rad", "projector.shift_mm", "ball.center_mm", "wall.offset_mm",
+                         "response"};
+  EXPECT_EQ(command(next_step(c, {}, kCosim)), "");
+  c.refinement.reset();
   c.causes.rows.pop_back();  // what of the objects moved is not known
   EXPECT_EQ(command(next_step(c, {}, kCosim)), all + "rig,pose,response");
 }

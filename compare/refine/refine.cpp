@@ -489,13 +489,11 @@ bool leaves_light_alone(const Standing& s) {
   return s.shift.n > 0 && s.shift.passes() &&
          std::ranges::any_of(s.light, [](const CauseRegion& r) { return r.n > 0 && !r.passes(); });
 }
-/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, with less
-/// left of the light.
+/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, and with
+/// nothing left of the light. Where something is left, places that fringes tell poorly went where they make
+/// up for light that the twin has not (a texture, a lamp).
 bool is_better_lit(const Standing& by_fringes, const Standing& lit) {
-  double fall = 0.0;
-  for (std::size_t k = 0; k < by_fringes.light.size(); ++k)
-    if (by_fringes.light[k].n > 0) fall += by_fringes.light[k].chi2 - lit.light[k].chi2;
-  return fall > 0.0 && what_got_worse(by_fringes, lit).empty();
+  return std::ranges::all_of(lit.light, &CauseRegion::passes) && what_got_worse(by_fringes, lit).empty();
 }
 
 }  // namespace
@@ -503,17 +501,22 @@ bool is_better_lit(const Standing& by_fringes, const Standing& lit) {
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse, Evidence evidence) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
-  Refiner by_fringes(twin, real, simulated, options, asked, evidence);
-  Refined out = by_fringes.run(worse);
+  Standing by_fringes;
+  Refined out = [&] {
+    Refiner refiner(twin, real, simulated, options, asked, evidence);
+    Refined refined = refiner.run(worse);
+    by_fringes = refiner.reached();
+    return refined;
+  }();
   // A place that fringes tell poorly, as a projector's along its columns, may go where the light says no.
-  if ((out.report.taken_back || leaves_light_alone(by_fringes.reached())) && !out.report.own.any() &&
+  if ((out.report.taken_back || leaves_light_alone(by_fringes)) && !out.report.own.any() &&
       evidence == Evidence::fringes && asks_for_places(twin, asked, options.use_steps)) {
     say("refine: once more, with the light as evidence of where things are");
     try {
       Refiner by_light(twin, real, simulated, options, asked, Evidence::fringes_and_light);
       Refined lit = by_light.run(worse);
       if (!lit.report.taken_back &&
-          (out.report.taken_back || is_better_lit(by_fringes.reached(), by_light.reached()))) {
+          (out.report.taken_back || is_better_lit(by_fringes, by_light.reached()))) {
         lit.report.notes.push_back(
             "the light of the images is evidence of where things are: from the fringes alone the fit went "
             "where the light would be another");
