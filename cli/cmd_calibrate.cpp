@@ -221,6 +221,11 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   o.pattern.kind = calib::board_kind(o.board);
   o.pattern.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
   const fs::path dir = o.out;
+  if (const fs::path written = dir / "twin.toml";
+      !o.twin.empty() && fs::exists(written) && fs::equivalent(written, o.twin))
+    throw UserError(ExitCode::usage, "--out " + dir.string(),
+                    "has the twin that --twin names, which would be written over",
+                    "give another folder: the twin written has the calibrated devices, and no objects");
   std::vector<calib::ImageCorners> images;
   if (!o.twin.empty()) {
     const Twin twin = compare::load_checked_twin(o.twin);

@@ -69,7 +69,9 @@ void check_is_model(const std::string& option, const std::string& file) {
 
 /// Returns a file as twin.toml in `dir` names it: relative, so that both can be moved together.
 std::string as_named_in(const fs::path& dir, const std::string& file) {
-  return fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(dir)).string();
+  // absolute: weakly_canonical() leaves a path relative whose first folder is not there yet
+  const fs::path from = fs::weakly_canonical(fs::absolute(dir));
+  return fs::weakly_canonical(fs::absolute(file)).lexically_relative(from).string();
 }
 
 std::string text_of_calibrated_rig(const NewCommand& o) {

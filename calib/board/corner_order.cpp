@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
@@ -48,7 +49,8 @@ double mirrored_share(const Board& board, const std::vector<Corner>& corners) {
     ++n;
     n_mirrored += d.x() * e.y() - d.y() * e.x() < 0.0;
   }
-  return n == 0 ? 0.0 : static_cast<double>(n_mirrored) / n;
+  constexpr int kFewestCells = 6;
+  return n < kFewestCells ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(n_mirrored) / n;
 }
 
 const CornerOrder* turn_beside(const Board& board, const std::vector<Corner>& first,
@@ -64,20 +66,23 @@ const CornerOrder* turn_beside(const Board& board, const std::vector<Corner>& fi
 
 void check_not_mirrored(const Observations& o) {
   constexpr double kMostViews = 0.75, kMostCells = 0.75;
-  for (std::size_t d = 0; d < o.devices.size(); ++d) {
-    int n = 0, n_mirrored = 0;
-    for (const View& view : o.views) {
-      if (view.device != static_cast<int>(d)) continue;
-      ++n;
-      n_mirrored += mirrored_share(o.board, view.corners) > kMostCells;
-    }
-    if (n_mirrored > kMostViews * n)
+  std::vector<int> n(o.devices.size()), n_mirrored = n;
+  for (const View& view : o.views) {
+    const double share = mirrored_share(o.board, view.corners);
+    if (std::isnan(share)) continue;
+    ++n[view.device];
+    n_mirrored[view.device] += share > kMostCells;
+  }
+  const auto is_mirrored = [&](std::size_t d) { return n_mirrored[d] > kMostViews * n[d]; };
+  bool others_are_not = false;
+  for (std::size_t d = 0; d < n.size(); ++d) others_are_not = others_are_not || (n[d] > 0 && !is_mirrored(d));
+  for (std::size_t d = 0; d < n.size(); ++d)
+    if (is_mirrored(d) && others_are_not)
       throw UserError(
           ExitCode::input, (o.file.empty() ? "" : o.file.string() + ": ") + o.devices[d].name,
-          fmt::format("{} of its {} views have the corners as in a mirror", n_mirrored, n),
+          fmt::format("{} of its {} views have the corners as in a mirror", n_mirrored[d], n[d]),
           "are its images mirrored, or the rows of its corners from right to left? Of a projector: are the "
           "fringes of x and y exchanged, the cameras' images mirrored, or is it set to rear projection?");
-  }
 }
 
 }  // namespace fringetwin::calib

@@ -44,12 +44,13 @@ std::vector<T> reordered(const Board& board, const std::vector<T>& corners, cons
 }
 
 /// Returns the share of the board's cells whose four corners run round the other way than rows to the right
-/// and downwards do: about 0 for a board seen from its front, 1 for one seen in a mirror. 0 where no cell is
-/// seen whole.
+/// and downwards do: about 0 for a board seen from its front, 1 for one seen in a mirror. NaN where fewer
+/// than six cells are seen whole: a corner that was read badly is in four.
 double mirrored_share(const Board& board, const std::vector<Corner>& corners);
 
-/// Throws UserError(input) for a device most of whose views have the corners as in a mirror: nothing printed
-/// is seen from behind. A single such view has a sentence of its own (solve/seed.hpp).
+/// Throws UserError(input) for a device most of whose views have the corners as in a mirror where another's
+/// have not: they cannot be of one board. Where all devices have, rows are numbered from the bottom, which
+/// fits together. A single such view has a sentence of its own (solve/seed.hpp).
 void check_not_mirrored(const Observations& observations);
 
 /// Returns the order in which `other` is read beside `first`, both of the same coordinates (the projector's

@@ -64,7 +64,10 @@ TEST(CornerOrder, AMirrorIsTold) {
     if (order.transpose) continue;
     EXPECT_EQ(mirrored_share(board, reordered(board, right, order)), order.is_mirrored() ? 1.0 : 0.0);
   }
-  EXPECT_EQ(mirrored_share(board, std::vector<Corner>(board.corners())), 0.0);
+  EXPECT_TRUE(std::isnan(mirrored_share(board, std::vector<Corner>(board.corners()))));
+  std::vector<Corner> few = reordered(board, right, kCornerOrders[1]);
+  for (std::size_t i = 14; i < few.size(); ++i) few[i] = Corner();  // eight and six corners: five cells
+  EXPECT_TRUE(std::isnan(mirrored_share(board, few)));
 }
 
 }  // namespace

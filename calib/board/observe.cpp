@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calib/board/corner_order.hpp"
 #include "measure/decode/decode.hpp"
@@ -47,8 +48,9 @@ void check_mirrored(const std::filesystem::path& folder, const Board& board,
   const SeenBoard* mirrored = nullptr;
   bool all = true;
   for (const SeenBoard& seen : boards) {
-    if (!any_seen(seen.readings)) continue;
-    const bool is_mirrored = mirrored_share(board, places(seen.readings)) > kMostCells;
+    const double share = mirrored_share(board, places(seen.readings));
+    if (std::isnan(share)) continue;
+    const bool is_mirrored = share > kMostCells;
     if (is_mirrored) mirrored = &seen;
     all = all && is_mirrored;
   }

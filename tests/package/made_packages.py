@@ -20,8 +20,11 @@ def expect(condition, sentence):
 
 def run(command, environment=None, codes=(0,), folder="/", seconds=240):
     """Returns what a command printed; a Fault where it ends with another exit code than one of these."""
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=seconds, check=False, cwd=folder,
-                          env=environment)
+    try:
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=seconds, check=False, cwd=folder,
+                              env=environment)
+    except subprocess.TimeoutExpired:
+        raise Fault(f"{command}: not done after {seconds} s") from None
     expect(done.returncode in codes, f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
 
@@ -44,7 +47,7 @@ def names_in(dependencies):
 def make_packages(build, folder):
     """Makes the packages of a build tree in a folder, which is emptied before."""
     shutil.rmtree(folder, ignore_errors=True)
-    run(["cpack", "--config", build / "CPackConfig.cmake", "-G", "DEB", "-B", folder])
+    run(["cpack", "--config", build / "CPackConfig.cmake", "-G", "DEB", "-B", folder], seconds=900)  # 30 s on an idle machine
     shutil.rmtree(folder / "_CPack_Packages")  # what they were made of, unpacked
     packages_in(build, folder)
 

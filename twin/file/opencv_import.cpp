@@ -111,8 +111,12 @@ Request parse_key(std::string_view key, const std::vector<std::filesystem::path>
   for (std::size_t colon = key.rfind(':'); colon != std::string_view::npos && colon > 0;
        colon = key.rfind(':', colon - 1)) {
     Request request{.name = key.substr(colon + 1), .files = {}};
+    const std::string_view name = key.substr(0, colon);
     for (const auto& file : files)
-      if (names_file(key.substr(0, colon), file.string())) request.files.push_back(file);
+      if (names_file(name, file.string())) request.files.push_back(file);
+    // the whole path of one file may be the end of another's
+    if (const auto whole = std::ranges::find(files, std::filesystem::path(name)); whole != files.end())
+      request.files = {*whole};
     if (!request.files.empty()) return request;
   }
   return {.name = key, .files = files};
