@@ -166,6 +166,17 @@ TEST(New, OfACalibrationItHasItsDevices) {
   EXPECT_LT((in_camera - Eigen::Vector3d(0, 0, 200 + ball(seen).radius_mm)).norm(), 0.02);
 }
 
+TEST(New, NamesModelsFromARelativeFolder) {
+  const fs::path dir = folder("relative_models"), here = fs::current_path();
+  const std::string left = written_model(
+      dir / "left.cameramodel", Lens("LENSMODEL_PINHOLE", {300, 300, 80, 60}, {160, 120}, "lens"), {});
+  fs::current_path(dir);
+  const RunResult run = run_fringetwin({"new", "--from", "left.cameramodel", "--out", "rig"});
+  fs::current_path(here);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(load_twin(dir / "rig" / "twin.toml").cameras.at(0).lens.width(), 160);
+}
+
 TEST(New, OfWhatIsNoModelItSaysWhatToDo) {
   const fs::path dir = folder("no_models");
   const std::string left = written_model(

@@ -354,6 +354,7 @@ TEST(Figures, WithoutGnuplotTheRunSaysSoAndDoesNotEndWell) {
   FT_NEED_DEVICE();
   const auto dir = scratch_folder("figures_without_gnuplot");
   const std::string twin = written_twin(dir, small_twin({}, results_with_radius(21.0)));
+  fs::create_symlink("/usr/bin/timeout", dir / "timeout");  // which run_fringetwin() runs the program by
   const std::vector<std::string> no_gnuplot = {"PATH=" + dir.string()};
   ASSERT_EQ(run_fringetwin({"render", twin, "--out", (dir / "set").string()}).exit_code, 0);
   const std::vector<std::string> measure = {
