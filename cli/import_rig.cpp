@@ -74,9 +74,8 @@ void write_model(const std::filesystem::path& file, const calib::ImportedDevice&
 
 }  // namespace
 
-ImportedRig read_models(std::vector<std::string> cameras, const std::string& projector, double mm_per_unit) {
+ImportedRig read_models(std::vector<std::string> files, const std::string& projector, double mm_per_unit) {
   ImportedRig rig;
-  std::vector<std::string>& files = cameras;
   rig.has_projector = !projector.empty();
   if (rig.has_projector) files.push_back(projector);
   rig.source = fmt::format("{}", fmt::join(files, " "));

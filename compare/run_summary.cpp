@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 
+#include "compare/held_out/held_out.hpp"
 #include "compare/result_file.hpp"
 #include "report/html_page.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -21,47 +22,47 @@ using nlohmann::json;
 
 constexpr int kDeepest = 32;  ///< levels of folders: a loop of mounts has an end
 
+/// Returns what stands under a key; null where nothing does, and where the value is no table.
+json value_under(const json& value, const char* key) {
+  const auto at = value.is_object() ? value.find(key) : value.end();
+  return value.is_object() && at != value.end() ? *at : json(nullptr);
+}
+
 double number_under(const json& row, const char* key) {
-  const auto at = row.is_object() ? row.find(key) : row.end();
-  return row.is_object() && at != row.end() && at->is_number() ? at->get<double>()
-                                                               : std::numeric_limits<double>::quiet_NaN();
+  const json value = value_under(row, key);
+  return value.is_number() ? value.get<double>() : kNaN;
 }
 
 std::string text_under(const json& row, const char* key) {
-  const auto at = row.is_object() ? row.find(key) : row.end();
-  return row.is_object() && at != row.end() && at->is_string() ? at->get<std::string>() : "";
+  const json value = value_under(row, key);
+  return value.is_string() ? value.get<std::string>() : "";
 }
 
 /// Returns the rows of a table of the result; none where it has no such table.
 std::vector<json> rows_under(const json& result, const char* table) {
-  const auto at = result.find(table);
-  return at != result.end() && at->is_array() ? at->get<std::vector<json>>() : std::vector<json>{};
+  const json value = value_under(result, table);
+  return value.is_array() ? value.get<std::vector<json>>() : std::vector<json>{};
 }
 
 /// Returns the second word of the command line: "cosim".
 std::string command_of(const json& result) {
-  const auto provenance = result.find("provenance");
-  if (provenance == result.end() || !provenance->is_object()) return "";
-  const std::vector<json> argv = rows_under(*provenance, "argv");
+  const std::vector<json> argv = rows_under(value_under(result, "provenance"), "argv");
   return argv.size() > 1 && argv[1].is_string() ? argv[1].get<std::string>() : "";
 }
 
-/// Returns rms over predicted rms of the held-out images (docs/metrics/gray.md, "Held-out images") of the
-/// worst camera.
+/// Returns the held-out ratio of the worst camera.
 double worst_held_out(const json& result) {
-  std::map<std::string, std::pair<double, double>>
-      sums;  // of each camera: what is left, and what is predicted
+  std::vector<HeldOutRow> rows;
   for (const json& row : rows_under(result, "held_out")) {
-    const double n = number_under(row, "n"), left = number_under(row, "rms_dn"),
-                 predicted = number_under(row, "predicted_dn");
-    if (!(n > 0.0) || !std::isfinite(left) || !std::isfinite(predicted)) continue;
-    auto& [sum_left, sum_predicted] = sums[text_under(row, "camera")];
-    sum_left += n * left * left;
-    sum_predicted += n * predicted * predicted;
+    const double n = number_under(row, "n");
+    HeldOutRow& known = rows.emplace_back();
+    known.camera = text_under(row, "camera");
+    known.rms_dn = number_under(row, "rms_dn"), known.predicted_dn = number_under(row, "predicted_dn");
+    if (n > 0.0 && std::isfinite(known.rms_dn) && std::isfinite(known.predicted_dn))
+      known.n = static_cast<decltype(known.n)>(n);  // others count for nothing
   }
-  double worst = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& [camera, sum] : sums)
-    if (sum.second > 0.0) worst = std::fmax(worst, std::sqrt(sum.first / sum.second));
+  double worst = kNaN;
+  for (const HeldOutRow& row : rows) worst = std::fmax(worst, held_out_ratio(rows, row.camera));
   return worst;
 }
 

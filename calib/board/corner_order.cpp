@@ -53,6 +53,12 @@ double mirrored_share(const Board& board, const std::vector<Corner>& corners) {
   return n < kFewestCells ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(n_mirrored) / n;
 }
 
+std::optional<bool> is_mirrored(const Board& board, const std::vector<Corner>& corners) {
+  constexpr double kMostCells = 0.75;
+  const double share = mirrored_share(board, corners);
+  return std::isnan(share) ? std::nullopt : std::optional(share > kMostCells);
+}
+
 const CornerOrder* turn_beside(const Board& board, const std::vector<Corner>& first,
                                const std::vector<Corner>& other) {
   const double together_px = kTogether * spacing_px(board, first);
@@ -65,19 +71,19 @@ const CornerOrder* turn_beside(const Board& board, const std::vector<Corner>& fi
 }
 
 void check_not_mirrored(const Observations& o) {
-  constexpr double kMostViews = 0.75, kMostCells = 0.75;
+  constexpr double kMostViews = 0.75;
   std::vector<int> n(o.devices.size()), n_mirrored = n;
   for (const View& view : o.views) {
-    const double share = mirrored_share(o.board, view.corners);
-    if (std::isnan(share)) continue;
+    const std::optional<bool> mirrored = is_mirrored(o.board, view.corners);
+    if (!mirrored) continue;
     ++n[view.device];
-    n_mirrored[view.device] += share > kMostCells;
+    n_mirrored[view.device] += *mirrored;
   }
-  const auto is_mirrored = [&](std::size_t d) { return n_mirrored[d] > kMostViews * n[d]; };
+  const auto most_are = [&](std::size_t d) { return n_mirrored[d] > kMostViews * n[d]; };
   bool others_are_not = false;
-  for (std::size_t d = 0; d < n.size(); ++d) others_are_not = others_are_not || (n[d] > 0 && !is_mirrored(d));
+  for (std::size_t d = 0; d < n.size(); ++d) others_are_not = others_are_not || (n[d] > 0 && !most_are(d));
   for (std::size_t d = 0; d < n.size(); ++d)
-    if (is_mirrored(d) && others_are_not)
+    if (most_are(d) && others_are_not)
       throw UserError(
           ExitCode::input, (o.file.empty() ? "" : o.file.string() + ": ") + o.devices[d].name,
           fmt::format("{} of its {} views have the corners as in a mirror", n_mirrored[d], n[d]),

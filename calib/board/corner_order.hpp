@@ -3,6 +3,7 @@
 // looks the same turned by 180 degrees is read from its other end by a camera that stands upside down.
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "calib/board/observations.hpp"
@@ -47,6 +48,10 @@ std::vector<T> reordered(const Board& board, const std::vector<T>& corners, cons
 /// and downwards do: about 0 for a board seen from its front, 1 for one seen in a mirror. NaN where fewer
 /// than six cells are seen whole: a corner that was read badly is in four.
 double mirrored_share(const Board& board, const std::vector<Corner>& corners);
+
+/// Returns whether three quarters of the cells say that the board is seen in a mirror; nothing where too few
+/// are seen.
+std::optional<bool> is_mirrored(const Board& board, const std::vector<Corner>& corners);
 
 /// Throws UserError(input) for a device most of whose views have the corners as in a mirror where another's
 /// have not: they cannot be of one board. Where all devices have, rows are numbered from the bottom, which

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 
 #include "calib/board/corner_order.hpp"
 #include "measure/decode/decode.hpp"
@@ -44,15 +44,13 @@ std::vector<Corner> places(const std::vector<ProjectorCorner>& readings) {
 /// and the projector's pixels say that they do not.
 void check_mirrored(const std::filesystem::path& folder, const Board& board,
                     const std::vector<SeenBoard>& boards) {
-  constexpr double kMostCells = 0.75;
   const SeenBoard* mirrored = nullptr;
   bool all = true;
   for (const SeenBoard& seen : boards) {
-    const double share = mirrored_share(board, places(seen.readings));
-    if (std::isnan(share)) continue;
-    const bool is_mirrored = share > kMostCells;
-    if (is_mirrored) mirrored = &seen;
-    all = all && is_mirrored;
+    const std::optional<bool> is_so = is_mirrored(board, places(seen.readings));
+    if (!is_so) continue;
+    if (*is_so) mirrored = &seen;
+    all = all && *is_so;
   }
   if (!mirrored) return;
   if (all)

@@ -3,9 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "cli/start/twin_blocks.hpp"
+#include "twin/file/toml_reader.hpp"
 #include "twin/lens/lens.hpp"
 
 namespace fringetwin::cli {
@@ -35,9 +34,6 @@ double nearest_mm(const MiddleRay& a, const MiddleRay& b) {
   return sine_squared > 1e-6 && along > 1.0 ? along : kDistance_mm;
 }
 
-/// Returns a text in the quotes of TOML, of which JSON's are a part.
-std::string in_quotes(const std::string& text) { return nlohmann::json(text).dump(); }
-
 double distance_of(const CalibratedRig& rig, const MiddleRay& first) {
   if (rig.distance_mm) return *rig.distance_mm;
   if (rig.projector) return nearest_mm(first, axis_of(rig.projector->device));
@@ -53,10 +49,10 @@ std::string calibrated_twin_toml(const CalibratedRig& rig) {
       "forward.\n"
       "schema = \"fringetwin-twin/1\"\nname = \"calibrated rig\"\ncameramodel_unit = \"m\"   # mrcal's\n\n";
   for (const CalibratedDevice& camera : rig.cameras)
-    text += fmt::format("[[camera]]\nname = {}\nmodel = {}\n{}", in_quotes(camera.device.name),
-                        in_quotes(camera.model), sensor_block(&camera == &rig.cameras.front()));
+    text += fmt::format("[[camera]]\nname = {}\nmodel = {}\n{}", toml_string(camera.device.name),
+                        toml_string(camera.model), sensor_block(&camera == &rig.cameras.front()));
   if (rig.projector)
-    text += fmt::format("[projector]\nmodel = {}\n{}", in_quotes(rig.projector->model), intensity_lines());
+    text += fmt::format("[projector]\nmodel = {}\n{}", toml_string(rig.projector->model), intensity_lines());
   text += fringes_block(rig.projector ? rig.projector->device.imagersize_px[0] : kUsualWidth_px);
   const calib::ImportedDevice& first = rig.cameras.front().device;
   const MiddleRay axis = axis_of(first);

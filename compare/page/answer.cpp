@@ -163,9 +163,7 @@ std::string refine_value(const Comparison& c, const std::string& together) {
     if (!moved.empty() && (name == "rig" || name == "pose")) continue;
     const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
     if (group == parameter_groups().end() ? name != "texture" : !group->instead.empty()) return "";
-    if (std::ranges::find(names, name) == names.end() &&
-        std::ranges::find(c.causes.refined, name) == c.causes.refined.end())
-      names.push_back(name);
+    if (!has(names, name) && !has(c.causes.refined, name)) names.push_back(name);
   }
   std::string value;
   if (names.size() > before)

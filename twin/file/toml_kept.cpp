@@ -36,14 +36,9 @@ std::string lines_of(const toml::table& table) {
 
 KeptTables kept_tables(const std::filesystem::path& twin_file) {
   KeptTables kept;
-  toml::table document;
-  try {
-    document = toml::parse(read_whole_text(twin_file, {.what = "TOML file", .code = ExitCode::usage}),
-                           twin_file.string());
-  } catch (const toml::parse_error& e) {
-    throw UserError(ExitCode::usage, fmt::format("{}:{}", twin_file.string(), e.source().begin.line),
-                    fmt::format("is no valid TOML: {}", e.description()));
-  }
+  toml::table document =
+      parsed_toml(read_whole_text(twin_file, {.what = "TOML file", .code = ExitCode::usage}),
+                  twin_file.string(), ExitCode::usage);
   if (toml::table* fringes = document["fringes"].as_table()) {
     name_absolutely(*fringes, "images", twin_file);
     kept.fringes = lines_of(*fringes);
