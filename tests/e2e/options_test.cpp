@@ -354,7 +354,9 @@ TEST(Figures, WithoutGnuplotTheRunSaysSoAndDoesNotEndWell) {
   FT_NEED_DEVICE();
   const auto dir = scratch_folder("figures_without_gnuplot");
   const std::string twin = written_twin(dir, small_twin({}, results_with_radius(21.0)));
-  const std::vector<std::string> no_gnuplot = {"PATH=" + dir.string()};
+  fs::create_directories(dir / "bin");
+  fs::create_symlink("/usr/bin/timeout", dir / "bin" / "timeout");  // what the test itself starts
+  const std::vector<std::string> no_gnuplot = {"PATH=" + (dir / "bin").string()};
   ASSERT_EQ(run_fringetwin({"render", twin, "--out", (dir / "set").string()}).exit_code, 0);
   const std::vector<std::string> measure = {
       "measure", twin, "--captures", (dir / "set").string(), "--out", (dir / "measured").string()};
