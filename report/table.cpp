@@ -17,6 +17,11 @@ std::string head_html(const std::string& header) {
   return "<abbr title=\"" + escape_html(std::string(meaning)) + "\">" + escape_html(header) + "</abbr>";
 }
 
+/// Returns a column's head on one line: "phase [rad]".
+std::string words_of_head(const Column& column) {
+  return column.header + (column.unit.empty() ? "" : " [" + column.unit + "]");
+}
+
 }  // namespace
 
 void Table::add_row(std::vector<std::string> cells, const std::string& css_class) {
@@ -41,7 +46,7 @@ std::string Table::html() const {
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const std::string link = i == 0 ? escape_html(row.link) : "", text = escape_html(row.cells[i]);
       out += std::string("<td class=\"") + align_class(columns[i].align) + "\"" +
-             (cards && i > 0 ? " data-head=\"" + escape_html(columns[i].header) + "\">" : ">") +
+             (cards && i > 0 ? " data-head=\"" + escape_html(words_of_head(columns[i])) + "\">" : ">") +
              (link.empty() ? text : "<a href=\"" + link + "\">" + text + "</a>") + "</td>";
     }
     out += "</tr>\n";

@@ -143,6 +143,12 @@ TEST(Table, CarriesUnitsAndEscapes) {
   EXPECT_NE(html.find("<tr class=\"pass\"><td class=\"l\">&lt;x&gt;</td><td class=\"r\">1.5</td>"),
             std::string::npos);
   EXPECT_ANY_THROW(table.add_row({"1", "2", "3"}));
+  EXPECT_EQ(html.find("data-head"), std::string::npos);
+  table.cards = true;
+  table.rows.front().link = "a%20b/\"";
+  EXPECT_NE(table.html().find("<td class=\"l\"><a href=\"a%20b/&quot;\">&lt;x&gt;</a></td>"
+                              "<td class=\"r\" data-head=\"rms [DN]\">1.5</td>"),
+            std::string::npos);
 }
 
 }  // namespace
