@@ -101,6 +101,37 @@ TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
   EXPECT_THAT(answer_sentence(c), HasSubstr("the budget of gray is too wide to tell: 6.0 times the noise"));
 }
 
+// Of cameras that all fail the one furthest beyond its allowance speaks.
+TEST(Answer, OfCoverageTheCameraFurthestOffIsQuoted) {
+  Comparison c;
+  for (const char* camera : {"left", "right"}) {
+    ExplainedRow& row = c.explained.emplace_back(row_of("coverage", kNotExplained));
+    row.region = camera, row.why = std::string(camera) + " has holes";
+    CoverageRow& counts = c.coverage.emplace_back();
+    counts.camera = camera, counts.allowed_thick = 9.0;
+    counts.real_only.thick = c.coverage.size() == 1 ? 10 : 700;
+  }
+  EXPECT_THAT(answer_sentence(c), HasSubstr("coverage differs: right has holes"));
+  c.coverage[0].real_only.thick = 701;
+  EXPECT_THAT(answer_sentence(c), HasSubstr("coverage differs: left has holes"));
+}
+
+TEST(Answer, AnotherSurfaceStandsBeforeWhatAgrees) {
+  Comparison c = gray_differs();
+  for (const std::uint64_t n : {210u, 2485u, 305u}) {
+    OtherSurfaceRow& row = c.other_surfaces.emplace_back();
+    row.camera = n == 305 ? "right" : "left", row.n = n;
+    row.why = "something stands there: " + std::to_string(n) + " pixels";
+  }
+  EXPECT_EQ(
+      answer_sentence(c),
+      "Something stands there: 2485 pixels (camera left) (the largest of 2 such areas); what both show "
+      "agrees in phase and geometry; gray differs by 4.70 DN rms, 2.3 times what noise and budget allow");
+  EXPECT_THAT(next_step(c, {}, kCosim).text, HasSubstr("put what stands there into the twin"));
+  c.explained = {row_of("gray", kNotExplained, 4.7, 5.29)};
+  EXPECT_THAT(answer_sentence(c), HasSubstr("such areas); gray differs by"));
+}
+
 TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {
   const Comparison one = caused_by({"blur"});
   EXPECT_THAT(answer_sentence(one), HasSubstr("budget allow; most likely cause: the blur"));
