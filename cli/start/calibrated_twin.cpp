@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "cli/start/twin_blocks.hpp"
-#include "twin/file/toml_reader.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/lens/lens.hpp"
 
 namespace fringetwin::cli {

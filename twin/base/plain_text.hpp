@@ -23,6 +23,9 @@ bool is_utf8(std::string_view text);
 /// Returns a word of a file in quotes for a sentence: its first 40 bytes, and "..." where there are more.
 std::string quoted_excerpt(std::string_view word);
 
+/// Returns a text as a string of TOML, in its quotes.
+std::string toml_string(std::string_view text);
+
 /// A sentence on the console, with what the program puts before it, has at most so many bytes.
 inline constexpr std::size_t kLongestSentence = 500;
 

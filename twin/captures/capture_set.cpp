@@ -11,6 +11,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/seal.hpp"
 #include "twin/captures/numbered_name.hpp"

@@ -118,18 +118,6 @@ fs::path resolve_path(const std::string& text, const fs::path& folder, const std
   return tidy_path(path.is_absolute() ? path : folder / path);
 }
 
-std::string toml_string(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    else
-      out += c;
-  }
-  return out + "\"";
-}
-
 TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code,
                                 const std::map<std::string, std::string>& settings) {
   std::error_code error;

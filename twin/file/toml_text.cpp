@@ -8,8 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "twin/base/plain_text.hpp"
 #include "twin/file/toml_bounds.hpp"
-#include "twin/file/toml_reader.hpp"
 #include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
