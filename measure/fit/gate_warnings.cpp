@@ -24,6 +24,13 @@ constexpr double kLeastInside = 0.5;
 /// fill the gate evenly have a tenth there; points of a right twin are noise about its middle.
 constexpr double kOutermost = 0.9, kPiledUp = 0.05, kBeyond = 0.05;
 
+/// Returns whether there is a nominal surface to meet: "measured" has none, nor has a mesh that is not
+/// loaded.
+bool has_surface(const Object& object) {
+  if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) return mesh->mesh != nullptr;
+  return !std::holds_alternative<MeasuredShape>(object.shape);
+}
+
 /// Tells which object of the twin a ray meets first, by steps that are as long as the nearest surface is far.
 class FirstSurface {
  public:
@@ -37,9 +44,9 @@ class FirstSurface {
   }
   /// Returns the object, or how many there are where the ray through the point meets none.
   std::size_t along(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& through_mm) const {
-    constexpr int kMostSteps = 200;      // a ray that needs more only grazes
-    constexpr double kFarthest = 4.0;    // of the point's distance
-    constexpr double kTouching = 1e-4;   // of the point's distance: much less than any gate
+    constexpr int kMostSteps = 200;     // a ray that needs more only grazes
+    constexpr double kFarthest = 4.0;   // of the point's distance
+    constexpr double kTouching = 1e-4;  // of the point's distance: much less than any gate
     const double range_mm = (through_mm - from_mm).norm();
     const Eigen::Vector3d direction = (through_mm - from_mm) / range_mm;
     double at_mm = 0.0;
@@ -114,10 +121,7 @@ std::vector<std::string> gate_warnings(const Twin& twin, const PointCloud& cloud
                                        const std::vector<ObjectFit>& fits) {
   std::vector<std::string> out;
   if (twin.measure.fits.empty() || twin.cameras.empty() || cloud.size() == 0) return out;
-  if (std::ranges::any_of(twin.objects, [](const Object& object) {
-        return std::holds_alternative<MeasuredShape>(object.shape);
-      }))
-    return out;
+  if (!std::ranges::all_of(twin.objects, has_surface)) return out;
   const std::vector<std::vector<double>> by_object = distances_mm(twin, cloud);
   const double points_per_ray =
       static_cast<double>(cloud.size()) / static_cast<double>(std::min(kMostRays, cloud.size()));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gate that leaves out most of its object, or cuts through it, is told; one that holds the object is left in
-// peace. The points are hits of rays with spheres and planes in closed form.
+// A gate that leaves out most of its object, or cuts through it, is told; one that holds the object is left
+// in peace. The points are hits of rays with spheres and planes in closed form.
 #include "measure/fit/gate_warnings.hpp"
 
 #include <gmock/gmock.h>
@@ -31,8 +31,8 @@ struct Scene {
   PointCloud cloud;
 
   explicit Scene(double turned_deg, double noise_mm = 0.0) {
-    twin.cameras.push_back(
-        {"left", Lens("LENSMODEL_PINHOLE", {320, 320, 80, 60}, {161, 121}, "test"), Pose{}, Sensor{}, std::nullopt});
+    twin.cameras.push_back({"left", Lens("LENSMODEL_PINHOLE", {320, 320, 80, 60}, {161, 121}, "test"), Pose{},
+                            Sensor{}, std::nullopt});
     PlaneShape wall;
     wall.point_mm = {0, 0, 420};
     wall.normal = {0, 0, -1};
@@ -47,7 +47,8 @@ struct Scene {
       for (int x = -80; x <= 80; ++x) {
         const Eigen::Vector3d ray = Eigen::Vector3d(x / 320.0, y / 320.0, 1.0).normalized();
         const auto at_mm = surfaces({0, 0, 0}, ray);
-        if (at_mm) cloud.p_world_mm.push_back(turn * ((*at_mm + (noise_mm > 0.0 ? noise(generator) : 0.0)) * ray));
+        if (at_mm)
+          cloud.p_world_mm.push_back(turn * ((*at_mm + (noise_mm > 0.0 ? noise(generator) : 0.0)) * ray));
       }
   }
   std::vector<std::string> told() const { return gate_warnings(twin, cloud, fit_objects(twin, cloud)); }

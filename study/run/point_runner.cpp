@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/run/point_runner.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <new>
@@ -113,6 +115,8 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   const std::vector<CameraImages> images = render::expose_all(rendered_, *twin_, planned.point.seed);
   const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
   measure::Measurement measurement = measure::measure(known, images);
+  for (const std::string& sentence : measurement.gate_warnings)
+    warn(fmt::format("point {}: {}", planned.point.id, sentence));
   if (known.measure.correct_pixel_area && !rig_) {  // a rig of its own has images that the twin does not know
     std::vector<CameraImages> irradiance;
     for (const render::RenderedCamera& camera : rendered_) irradiance.push_back(render::as_radiance(camera));
