@@ -21,10 +21,10 @@ constexpr double kManyRejected = 0.2, kFewPoints = 0.5;
 /// Of the pixels with a match, at most this share is rejected when a reading is right: right twins reject 0.3
 /// %, at steps of the depth; wrong ones more than half.
 constexpr double kMostRejected = 0.05;
-constexpr double kLeftOver = 0.25;  ///< and this part of what is rejected as described,
+constexpr double kLeftRejected = 0.25;  ///< and this part of what is rejected as described,
 /// of all pixels, at least this share has a point, and so many times as many as described. Where the
 /// description matches next to nothing, so that there is nothing to reject, many times as many tell it alone.
-constexpr double kFewestPoints = 0.3, kTimesMore = 1.3, kManyTimesMore = 5.0;
+constexpr double kFewestWithPoint = 0.3, kTimesMore = 1.3, kManyTimesMore = 5.0;
 /// Readings as good as the best to this share of its points are told with it.
 constexpr double kAsGood = 0.9;
 
@@ -67,11 +67,11 @@ struct TriedReading {
   double points = 0.0;    ///< of all pixels
 };
 
-bool answers(const TriedReading& described, const TriedReading& other) {
-  if (other.rejected > kMostRejected || other.points < kFewestPoints) return false;
+bool fits_better(const TriedReading& described, const TriedReading& other) {
+  if (other.rejected > kMostRejected || other.points < kFewestWithPoint) return false;
   return other.points >= kManyTimesMore * described.points ||
          (other.points >= kTimesMore * described.points &&
-          other.rejected <= kLeftOver * described.rejected);
+          other.rejected <= kLeftRejected * described.rejected);
 }
 
 std::string flip_text(Flip how) {
@@ -90,21 +90,23 @@ TriedReading tried(const Twin& twin, std::string text, CameraDecode first, const
   return out;
 }
 
-std::vector<TriedReading> other_places(const Twin& twin, const CameraDecode& first, const CameraDecode& second) {
+std::vector<TriedReading> other_places(const Twin& twin, const CameraDecode& first,
+                                       const CameraDecode& second) {
   std::vector<TriedReading> out;
   if (first.flags.same_size(second.flags))
-    out.push_back(tried(twin,
-                        fmt::format("the images of \"{}\" and \"{}\" exchanged", twin.cameras[0].name,
-                                    twin.cameras[1].name),
-                        second, first));
+    out.push_back(tried(
+        twin,
+        fmt::format("the images of \"{}\" and \"{}\" exchanged", twin.cameras[0].name, twin.cameras[1].name),
+        second, first));
   for (const Flip a : kFlips)
     for (const Flip b : kFlips) {
       if ((a == Flip::none && b == Flip::none) || (a != b && a != Flip::none && b != Flip::none)) continue;
-      const std::string whose = a == b            ? "the images of both cameras "
-                                : a == Flip::none ? fmt::format("the images of \"{}\" ", twin.cameras[1].name)
-                                                  : fmt::format("the images of \"{}\" ", twin.cameras[0].name);
-      out.push_back(tried(twin, whose + flip_text(a == Flip::none ? b : a), flipped(first, a),
-                          flipped(second, b)));
+      const std::string whose = a == b ? "the images of both cameras "
+                                : a == Flip::none
+                                    ? fmt::format("the images of \"{}\" ", twin.cameras[1].name)
+                                    : fmt::format("the images of \"{}\" ", twin.cameras[0].name);
+      out.push_back(
+          tried(twin, whose + flip_text(a == Flip::none ? b : a), flipped(first, a), flipped(second, b)));
     }
   return out;
 }
@@ -121,7 +123,7 @@ std::optional<std::string> swapped_images(const Twin& twin, const Measurement& m
   std::vector<TriedReading> good;
   double most = 0.0;
   for (TriedReading& reading : other_places(twin, measured.cameras[0], measured.cameras[1]))
-    if (answers(described, reading)) {
+    if (fits_better(described, reading)) {
       most = std::max(most, reading.points);
       good.push_back(std::move(reading));
     }
@@ -130,10 +132,11 @@ std::optional<std::string> swapped_images(const Twin& twin, const Measurement& m
   std::vector<std::string> texts;
   for (const TriedReading& reading : good) texts.push_back(reading.text);
   return fmt::format(
-      "the images do not show what their cameras see: {:.0f} % of the pixels of camera \"{}\" have a point and "
+      "the images do not show what their cameras see: {:.0f} % of the pixels of camera \"{}\" have a point "
+      "and "
       "{:.0f} % of those with a match are rejected; with {} it would be {:.0f} % and {:.1f} %",
-      100.0 * described.points, twin.cameras[0].name, 100.0 * described.rejected, fmt::join(texts, ", or with "),
-      100.0 * good.front().points, 100.0 * good.front().rejected);
+      100.0 * described.points, twin.cameras[0].name, 100.0 * described.rejected,
+      fmt::join(texts, ", or with "), 100.0 * good.front().points, 100.0 * good.front().rejected);
 }
 
 }  // namespace fringetwin::measure

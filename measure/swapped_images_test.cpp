@@ -22,8 +22,9 @@ struct StereoRig {
   Measurement measured;
 
   StereoRig() {
-    const RaySurface scene = nearest({sphere_surface({-8, 12, 240}, 20),
-                                      plane_surface({0, 0, 290}, Eigen::Vector3d(0.1, 0.2, -1).normalized())});
+    const RaySurface scene =
+        nearest({sphere_surface({-8, 12, 240}, 20),
+                 plane_surface({0, 0, 290}, Eigen::Vector3d(0.1, 0.2, -1).normalized())});
     for (const std::size_t camera : {0u, 1u}) measured.cameras.push_back(ideal_decode(twin, camera, scene));
   }
   /// Turns the map of a camera's coordinates.
@@ -64,7 +65,8 @@ TEST(SwappedImages, OneThatIsMirrored) {
   for (const std::size_t camera : {0u, 1u}) {
     StereoRig rig;
     rig.turn(camera, true, false);
-    EXPECT_THAT(rig.told(), HasSubstr("the images of \"" + rig.twin.cameras[camera].name + "\" mirrored left to"))
+    EXPECT_THAT(rig.told(),
+                HasSubstr("the images of \"" + rig.twin.cameras[camera].name + "\" mirrored left to"))
         << rejected_share(rig.measured.triangulation);
   }
 }

@@ -14,16 +14,17 @@
 namespace fringetwin::measure {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr int kEveryLine = 4;        ///< lines next to each other say the same
-constexpr double kSteepest = 2.0;    ///< rad per pixel: beyond, a step may be one of another period
-constexpr double kBend = 0.6;        ///< rad: a change of the step from pixel to pixel that is an edge
-constexpr double kApart = 0.4;       ///< rad: what the steps of two pitches may differ by, else it is an edge
-constexpr double kFewestTurns = 8.0; ///< of a run: harmonics move its ends by 0.03 turns at most
-constexpr std::size_t kParts = 8;    ///< of the lines, for the scatter
+constexpr double kWholeTurn = 2.0 * std::numbers::pi;
+constexpr int kEveryLine = 4;         ///< lines next to each other say the same
+constexpr double kLargestStep = 2.0;  ///< rad per pixel: beyond, a step may be one of another period
+constexpr double kBend = 0.6;         ///< rad: a change of the step from pixel to pixel that is an edge
+constexpr double kApart = 0.4;  ///< rad: what the steps of two pitches may differ by, else it is an edge
+constexpr double kFewestTurns = 8.0;   ///< of a run: harmonics move its ends by 0.03 turns at most
+constexpr std::size_t kLineParts = 8;  ///< of the lines, for the scatter
 constexpr std::size_t kFewestRuns = 24;
-/// What counts as a contradiction: beyond what harmonics leave in a run of some 20 fringes, and beyond chance.
-constexpr double kLeast = 0.0015, kSigmas = 6.0;
+/// What counts as a contradiction: beyond what harmonics leave in a run of some 20 fringes, and beyond
+/// chance.
+constexpr double kLeastOff = 0.0015, kPitchSigmas = 6.0;
 
 /// The phases of all pitches summed over runs of pixels, each run with the sign of its own direction.
 struct Turns {
@@ -31,7 +32,7 @@ struct Turns {
   std::size_t runs = 0;
 };
 
-double wrapped(double rad) { return rad - kTurn * std::round(rad / kTurn); }
+double to_half_turn(double rad) { return rad - kWholeTurn * std::round(rad / kWholeTurn); }
 
 /// Follows one line of pixels and adds its runs.
 class LineWalk {
@@ -42,12 +43,12 @@ class LineWalk {
     std::vector<double> step_rad;
     for (const ImageF& phase : decoded_.wrapped_rad)
       step_rad.push_back(
-          wrapped(static_cast<double>(phase(x, y)) - static_cast<double>(phase(before_x, before_y))));
+          to_half_turn(static_cast<double>(phase(x, y)) - static_cast<double>(phase(before_x, before_y))));
     const double fine_rad = step_rad[static_cast<std::size_t>(decoded_.finest)];
     const double step_px = fine_rad * decoded_.pitches_px[static_cast<std::size_t>(decoded_.finest)];
     bool goes_on = !last_rad_ || std::abs(fine_rad - *last_rad_) < kBend;
     for (std::size_t k = 0; k < step_rad.size(); ++k)
-      goes_on = goes_on && std::abs(step_rad[k]) < kSteepest &&
+      goes_on = goes_on && std::abs(step_rad[k]) < kLargestStep &&
                 std::abs(step_rad[k] - step_px / decoded_.pitches_px[k]) < kApart;
     if (!goes_on) return end();
     last_rad_ = fine_rad;
@@ -55,7 +56,7 @@ class LineWalk {
   }
   void end() {
     const double fine_rad = run_rad_[static_cast<std::size_t>(decoded_.finest)];
-    if (std::abs(fine_rad) > kFewestTurns * kTurn) {
+    if (std::abs(fine_rad) > kFewestTurns * kWholeTurn) {
       ++turns_.runs;
       for (std::size_t k = 0; k < run_rad_.size(); ++k)
         turns_.sum_rad[k] += fine_rad > 0.0 ? run_rad_[k] : -run_rad_[k];
@@ -79,7 +80,7 @@ Turns turns_of(const DirectionDecode& decoded, std::size_t part) {
   const int lines = along_x ? phase.height : phase.width, pixels = along_x ? phase.width : phase.height;
   LineWalk walk(decoded, turns);
   for (int line = 0; line < lines; line += kEveryLine) {
-    if (static_cast<std::size_t>(line) * kParts / static_cast<std::size_t>(lines) != part) continue;
+    if (static_cast<std::size_t>(line) * kLineParts / static_cast<std::size_t>(lines) != part) continue;
     for (int i = 1; i < pixels; ++i)
       along_x ? walk.step(i, line, i - 1, line) : walk.step(line, i, line, i - 1);
     walk.end();
@@ -115,9 +116,9 @@ double worst_of(const std::vector<double>& told_px, const std::vector<double>& s
 std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded) {
   const std::size_t n = decoded.pitches_px.size();
   if (n < 2 || decoded.wrapped_rad.size() != n) return std::nullopt;
-  std::array<Turns, kParts> parts;
+  std::array<Turns, kLineParts> parts;
   Turns all{std::vector<double>(n, 0.0)};
-  for (std::size_t part = 0; part < kParts; ++part) {
+  for (std::size_t part = 0; part < kLineParts; ++part) {
     parts[part] = turns_of(decoded, part);
     all.runs += parts[part].runs;
     for (std::size_t k = 0; k < n; ++k) all.sum_rad[k] += parts[part].sum_rad[k];
@@ -147,7 +148,7 @@ std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded) {
 
 std::optional<std::string> pitch_doubt(const DirectionDecode& decoded) {
   const std::optional<PitchRatios> told = pitch_ratios(decoded);
-  if (!told || told->worst < std::max(kLeast, kSigmas * told->sigma)) return std::nullopt;
+  if (!told || told->worst < std::max(kLeastOff, kPitchSigmas * told->sigma)) return std::nullopt;
   std::vector<std::string> stated, seen;
   for (std::size_t k = 0; k < told->pitches_px.size(); ++k) {
     if (!(told->pitches_px[k] > 0.0)) continue;
@@ -155,7 +156,8 @@ std::optional<std::string> pitch_doubt(const DirectionDecode& decoded) {
     seen.push_back(fmt::format("{:.5g}", told->pitches_px[k]));
   }
   return fmt::format(
-      "direction \"{}\": the phases say that the pitches are as {}, [fringes] pitches_px says {}: {:.2g} % off, "
+      "direction \"{}\": the phases say that the pitches are as {}, [fringes] pitches_px says {}: {:.2g} % "
+      "off, "
       "{:.0f} times what the noise allows; only what they are to each other is told, not their scale",
       axis_name(decoded.axis), fmt::join(seen, " : "), fmt::join(stated, " : "), 100.0 * told->worst,
       told->worst / std::max(told->sigma, 1e-6));

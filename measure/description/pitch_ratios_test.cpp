@@ -2,10 +2,10 @@
 // Pitches that are others than stated are told from phases that pattern_value() makes over known coordinates;
 // right ones, noise, a response far from linear and edges are no contradiction.
 //
-// | check          | tolerance | origin                                                                       |
+// | check          | tolerance | origin |
 // |----------------|-----------|------------------------------------------------------------------------------|
-// | ratio of two   | 5e-4      | 30 lines of 470 px: phases of 0.03 rad at their ends, 36 turns: 2e-4 a line, |
-// | pitches        |           | and harmonics of 0.05 rad at one end of all lines                            |
+// | ratio of two   | 5e-4      | 30 lines of 470 px: phases of 0.03 rad at their ends, 36 turns: 2e-4 a line,
+// | | pitches        |           | and harmonics of 0.05 rad at one end of all lines |
 #include "measure/description/pitch_ratios.hpp"
 
 #include <gmock/gmock.h>

@@ -16,13 +16,13 @@ namespace {
 
 /// Rays that are followed: a share of a half is known to 1 % of all and to 10 % of an object that has a
 /// hundredth of the points.
-constexpr std::size_t kMostRays = 2000;
-constexpr std::size_t kFewestRays = 20;
+constexpr std::size_t kMostGateRays = 2000;
+constexpr std::size_t kFewestGateRays = 20;
 /// Of the object's points within the gate: of fewer no robust fit is told which surface is the object's.
 constexpr double kLeastInside = 0.5;
 /// Of the points within the gate that lie in its outermost tenth, and of all that lie beyond it. Points that
 /// fill the gate evenly have a tenth there; points of a right twin are noise about its middle.
-constexpr double kOutermost = 0.9, kPiledUp = 0.05, kBeyond = 0.05;
+constexpr double kOuterPart = 0.9, kPiledUp = 0.05, kLostBeyond = 0.05;
 
 /// Returns whether there is a nominal surface to meet: "measured" has none, nor has a mesh that is not
 /// loaded.
@@ -44,13 +44,13 @@ class FirstSurface {
   }
   /// Returns the object, or how many there are where the ray through the point meets none.
   std::size_t along(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& through_mm) const {
-    constexpr int kMostSteps = 200;     // a ray that needs more only grazes
+    constexpr int kMostRaySteps = 200;     // a ray that needs more only grazes
     constexpr double kFarthest = 4.0;   // of the point's distance
     constexpr double kTouching = 1e-4;  // of the point's distance: much less than any gate
     const double range_mm = (through_mm - from_mm).norm();
     const Eigen::Vector3d direction = (through_mm - from_mm) / range_mm;
     double at_mm = 0.0;
-    for (int step = 0; step < kMostSteps && at_mm < kFarthest * range_mm; ++step) {
+    for (int step = 0; step < kMostRaySteps && at_mm < kFarthest * range_mm; ++step) {
       double nearest_mm = std::numeric_limits<double>::infinity();
       std::size_t object = surfaces_.size();
       for (std::size_t k = 0; k < surfaces_.size(); ++k)
@@ -72,7 +72,7 @@ class FirstSurface {
 std::vector<std::vector<double>> distances_mm(const Twin& twin, const PointCloud& cloud) {
   const FirstSurface first(twin);
   const Eigen::Vector3d camera_mm = twin.cameras.front().center_world_mm();
-  const std::size_t rays = std::min(kMostRays, cloud.size());
+  const std::size_t rays = std::min(kMostGateRays, cloud.size());
   std::vector<std::size_t> object(rays);
   std::vector<double> distance(rays);
 #pragma omp parallel for schedule(dynamic, 64)
@@ -91,7 +91,7 @@ std::vector<std::vector<double>> distances_mm(const Twin& twin, const PointCloud
 /// Returns what is wrong with the gate around these distances; empty where nothing is.
 std::string gate_warning(const FitRequest& request, std::vector<double> distance_mm, double n_gated,
                          double points_per_ray) {
-  if (distance_mm.size() < kFewestRays) return "";
+  if (distance_mm.size() < kFewestGateRays) return "";
   const auto share_within = [&](double limit_mm) {
     return static_cast<double>(
                std::ranges::count_if(distance_mm, [=](double d_mm) { return d_mm <= limit_mm; })) /
@@ -105,8 +105,8 @@ std::string gate_warning(const FitRequest& request, std::vector<double> distance
         "sees it in the twin half lie more than {:.3g} mm off: the fit does not stand for the object; "
         "take a larger gate_mm, or check the poses of object, cameras and projector",
         request.object, n_gated, request.gate_mm, n, median(distance_mm));
-  const double outermost = inside - share_within(kOutermost * request.gate_mm);
-  if (outermost > kPiledUp * inside && 1.0 - inside > kBeyond)
+  const double outermost = inside - share_within(kOuterPart * request.gate_mm);
+  if (outermost > kPiledUp * inside && 1.0 - inside > kLostBeyond)
     return fmt::format(
         "{}: gate_mm = {:g} cuts through the object: {:.0f} % of the points within it lie in its outermost "
         "tenth, and {:.0f} % of all points where the camera sees the object in the twin lie beyond; take a "
@@ -124,7 +124,7 @@ std::vector<std::string> gate_warnings(const Twin& twin, const PointCloud& cloud
   if (!std::ranges::all_of(twin.objects, has_surface)) return out;
   const std::vector<std::vector<double>> by_object = distances_mm(twin, cloud);
   const double points_per_ray =
-      static_cast<double>(cloud.size()) / static_cast<double>(std::min(kMostRays, cloud.size()));
+      static_cast<double>(cloud.size()) / static_cast<double>(std::min(kMostGateRays, cloud.size()));
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const FitRequest& request = twin.measure.fits[k];
     const auto object = static_cast<std::size_t>(twin.find_object(request.object) - twin.objects.data());
