@@ -109,12 +109,16 @@ std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
   return devices;
 }
 
-/// A twin.toml of these devices, to go on from; only with the cameras a twin can have.
+/// A twin.toml of these devices, to go on from, with the fringes and sensors of --twin; only with the cameras
+/// a twin can have.
 std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
   std::vector<std::pair<std::string, bool>> devices;
   for (const auto& device : c.devices) devices.emplace_back(device.name, device.name == o.projector);
   const auto n_cameras = std::ranges::count_if(devices, [](const auto& d) { return !d.second; });
-  return n_cameras < 1 || n_cameras > 2 ? "" : starting_twin_toml("calibrated rig", devices);
+  return n_cameras < 1 || n_cameras > 2
+             ? ""
+             : starting_twin_toml("calibrated rig", devices,
+                                  o.twin.empty() ? KeptTables{} : kept_tables(o.twin));
 }
 
 std::vector<fs::path> files_of(const std::string& pattern) {
@@ -217,6 +221,11 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
   o.pattern.kind = calib::board_kind(o.board);
   o.pattern.board = {o.width_n, o.height_n, 1000.0 * o.spacing_m};
   const fs::path dir = o.out;
+  if (const fs::path written = dir / "twin.toml";
+      !o.twin.empty() && fs::exists(written) && fs::equivalent(written, o.twin))
+    throw UserError(ExitCode::usage, "--out " + dir.string(),
+                    "has the twin that --twin names, which would be written over",
+                    "give another folder: the twin written has the calibrated devices, and no objects");
   std::vector<calib::ImageCorners> images;
   if (!o.twin.empty()) {
     const Twin twin = compare::load_checked_twin(o.twin);

@@ -27,7 +27,7 @@ int run_compare(const CompareCommand& o, const Invocation& invocation) {
   const int code =
       tell_comparison(o.out, run, cosim::compare_and_write(o.out, run, origin, o.extra), invocation.argv);
   print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
-  return code;
+  return code_with_figures(o.extra.figures, o.out, code);
 }
 
 }  // namespace

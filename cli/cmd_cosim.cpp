@@ -45,7 +45,7 @@ int run_cosim(CosimCommand& o, const Invocation& invocation) {
       tell_comparison(o.out, run, cosim::compare_and_write(o.out, run, origin, o.extra), invocation.argv);
   if (!o.into.empty()) cosim::put_refined_into_twin(o.out, run, o.into);
   print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
-  return code;
+  return code_with_figures(o.extra.figures, o.out, code);
 }
 
 }  // namespace

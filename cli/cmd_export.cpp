@@ -42,12 +42,16 @@ struct ExportCommand {
 
 bool is_page(const fs::path& file) { return file.extension() == ".html" && !fs::is_directory(file); }
 
-/// Returns the drawings of a run's page; `run`: its folder, its result.json, or the page itself.
-std::vector<report::PageDrawing> drawings_of(const fs::path& run) {
-  const fs::path page = page_of(is_page(run) || fs::is_directory(run) ? run : run.parent_path());
+/// Returns the page whose drawings are asked for; `run`: a run's folder, its result.json, or the page itself.
+fs::path drawn_page(const fs::path& run) {
+  return page_of(is_page(run) || fs::is_directory(run) ? run : run.parent_path());
+}
+
+std::vector<report::PageDrawing> drawings_of(const fs::path& page) {
   const std::string html = read_whole_text(
       page, {.what = "page", .hint = "give the folder that a run wrote into, or a page (.html)"});
   std::vector<report::PageDrawing> drawings = report::drawings_of_page(html);
+  if (drawings.empty()) report::check_all_drawn(page);
   if (drawings.empty())
     throw UserError(ExitCode::input, page.string(), "the page has no drawings",
                     "leave out --figures; maps are PNG files beside the page");
@@ -64,7 +68,7 @@ int run_export(const ExportCommand& o) {
   else if (!o.figures)
     throw UserError(ExitCode::usage, o.run, "a page has no tables",
                     "give the folder of its run, or --figures for the page's drawings");
-  if (o.figures) drawings = drawings_of(o.run);
+  if (o.figures) drawings = drawings_of(drawn_page(o.run));
   begin_output(o.out, {});
   const auto write = [&](const std::string& name, const std::string& text) {
     const fs::path file = fs::path(o.out) / name;
@@ -73,6 +77,7 @@ int run_export(const ExportCommand& o) {
   };
   for (const compare::CsvTable& table : tables) write(table.name + ".csv", table.text);
   for (const report::PageDrawing& drawing : drawings) write(drawing.name + ".svg", drawing.svg);
+  if (o.figures) report::check_all_drawn(drawn_page(o.run));
   return 0;
 }
 
@@ -109,8 +114,10 @@ Started start_by_itself(const char* program, const std::string& argument) {
 int run_open(const std::string& run) {
   const fs::path page = fs::absolute(page_of(run));
   if (!fs::is_regular_file(page) || page.extension() != ".html")
-    throw UserError(ExitCode::input, page.string(), "there is no such page",
-                    "give the folder that a run wrote into, or a page (.html)");
+    throw UserError(
+        ExitCode::input, page.string(), "there is no such page",
+        "give the folder that a run wrote into, or a page (.html); `fringetwin index DIR` makes one "
+        "of all runs below a folder");
   fmt::print("{}\n", plain_text(page.string()));
   const Started started = start_by_itself("xdg-open", page.string());
   if (started != Started::yes)

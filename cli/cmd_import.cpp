@@ -13,7 +13,7 @@
 #include "cli/option_values.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/plain_text.hpp"
-#include "twin/file/cameramodel.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/file/opencv_import.hpp"
 
 namespace fringetwin::cli {
@@ -33,10 +33,24 @@ struct ImportCommand {
 };
 
 constexpr const char* kOpencvExample =
-    "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT, e.g. left=M1,D1@1280x1024";
+    "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT, e.g. left=M1,D1@1280x1024 (\"none\" for no "
+    "distortion)";
 constexpr const char* kMatricesExample =
     "NAME=K.txt,D.txt[,R.txt[,T.txt]]@WIDTHxHEIGHT, e.g. left=K1.txt,D1.txt@1280x1024 (\"none\" for no "
     "distortion)";
+
+/// Warns where the file of a device's camera matrix states another size of its images than was given. A file
+/// of several devices states the size of one of them, nobody knows which.
+void doubt_sizes(const std::vector<DeviceRequest>& requests, const std::vector<OpenCvModel>& models) {
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const auto& stated = models[i].stated_imagersize_px;
+    if (!stated || *stated == requests[i].imagersize) continue;
+    if (std::ranges::count(models, models[i].matrix_file, &OpenCvModel::matrix_file) > 1) continue;
+    warn(fmt::format("{}: {} says that the images are {}x{} (image_width, image_height), not {}x{}",
+                     requests[i].name, models[i].matrix_file.string(), (*stated)[0], (*stated)[1],
+                     requests[i].imagersize[0], requests[i].imagersize[1]));
+  }
+}
 
 int run_opencv(const ImportCommand& o) {
   const std::vector<fs::path> files(o.files.begin(), o.files.end());
@@ -54,6 +68,7 @@ int run_opencv(const ImportCommand& o) {
   rig.has_projector = !o.projector.empty();
   rig.source = fmt::format("{}", fmt::join(o.files, " "));
   const auto requests = parse_devices(o.cameras, o.projector, kOpencvExample);
+  std::vector<OpenCvModel> models;
   for (const DeviceRequest& request : requests) {
     const auto& keys = request.parts;
     if (keys.size() != 2 && keys.size() != 4)
@@ -70,7 +85,9 @@ int run_opencv(const ImportCommand& o) {
     rt.tail<3>() *= o.mm_per_unit();
     rig.devices.push_back({request.name, model.lensmodel, model.intrinsics, request.imagersize,
                            pose_from_rt(rt), "", rig.source + ": " + keys[0]});
+    models.push_back(model);
   }
+  doubt_sizes(requests, models);
   return finish_import(std::move(rig), o.rig);
 }
 
@@ -130,18 +147,7 @@ int run_kalibr(const ImportCommand& o) {
 
 int run_mrcal(const ImportCommand& o) {
   check_rig_options(o.rig);
-  ImportedRig rig;
-  std::vector<std::string> files = o.files;
-  rig.has_projector = !o.projector.empty();
-  if (rig.has_projector) files.push_back(o.projector);
-  rig.source = fmt::format("{}", fmt::join(files, " "));
-  for (const std::string& file : files) {
-    const CameraModelFile model = read_cameramodel(file);
-    RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
-    rt.tail<3>() *= o.mm_per_unit();
-    rig.devices.push_back({fs::path(file).stem().string(), model.lensmodel, model.intrinsics,
-                           model.imagersize, pose_from_rt(rt), model.extra, file});
-  }
+  ImportedRig rig = read_models(o.files, o.projector, o.mm_per_unit());
   arrange(rig, o);
   return finish_import(std::move(rig), o.rig);
 }
@@ -175,7 +181,8 @@ void add_import(CLI::App& app, Invocation& invocation) {
   opencv
       ->add_option("--camera", o->cameras,
                    "NAME=MATRIX,DISTORTION[,ROTATION,TRANSLATION]@WIDTHxHEIGHT; once per camera; x_cam = R "
-                   "x_ref + T; only the first may leave out its place")
+                   "x_ref + T; \"none\" for no distortion; FILE:MATRIX where several files have one of that "
+                   "name; only the first may leave out its place")
       ->type_name("DEVICE");
   opencv->add_option("--projector", o->projector, "MATRIX,DISTORTION,ROTATION,TRANSLATION@WIDTHxHEIGHT")
       ->type_name("DEVICE");

@@ -60,7 +60,7 @@ int run_measure(const MeasureCommand& o, const Invocation& invocation) {
   }
   say(fmt::format("measured in {:.2f} s; written to {}", timer.seconds["measure"], o.out));
   print_json_if(o.json, std::filesystem::path(o.out) / "result.json");
-  return convergence_exit_code(measurement, 0);
+  return code_with_figures(o.extra.figures, o.out, convergence_exit_code(measurement, 0));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "cli/commands.hpp"
+#include "cli/extra_file_flags.hpp"
 #include "cli/option_groups.hpp"
 #include "cli/tell/json_output.hpp"
 #include "study/engine/local_engine.hpp"
@@ -76,8 +77,9 @@ int run_study(const StudyCommand& o, const Invocation& invocation) {
                             o.figures,       [](const std::string& text) { fmt::print("{}", text); },
                             o.json};
   const auto kind = study::kind_of(file);
-  return static_cast<int>(o.so_far ? study::show_study_so_far(*kind, file.head, run)
-                                   : study::run_study(*kind, file.head, run));
+  if (o.so_far) return static_cast<int>(study::show_study_so_far(*kind, file.head, run));
+  const ExitCode code = study::run_study(*kind, file.head, run);
+  return code_with_figures(o.figures, o.out, static_cast<int>(code));
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ void add_compare(CLI::App& app, Invocation& invocation);
 void add_diff(CLI::App& app, Invocation& invocation);
 void add_export(CLI::App& app, Invocation& invocation);
 void add_open(CLI::App& app, Invocation& invocation);
+void add_index(CLI::App& app, Invocation& invocation);
 void add_import(CLI::App& app, Invocation& invocation);
 void add_new(CLI::App& app, Invocation& invocation);
 void add_import_captures(CLI::App& import, Invocation& invocation);  ///< of `import`

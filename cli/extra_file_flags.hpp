@@ -13,4 +13,9 @@ namespace fringetwin::cli {
 void add_npz_flag(CLI::App& sub, cosim::ExtraFiles& extra);
 void add_figures_flag(CLI::App& sub, cosim::ExtraFiles& extra);
 
+/// Returns the exit code of a command that has written all it could and would end with `otherwise`. Throws
+/// UserError(usage) where drawings are asked for and gnuplot did not make all of DIR/report.html; a command
+/// that fails anyway keeps its code, and a warning says it.
+int code_with_figures(bool asked_for, const std::filesystem::path& dir, int otherwise);
+
 }  // namespace fringetwin::cli

@@ -2,6 +2,7 @@
 #include "cli/import_rig.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -26,33 +27,6 @@ namespace {
 constexpr double kMetresPerMm = 1e-3;  // mrcal's convention: .cameramodel files in metres
 constexpr const char* kForward = "device-from-ref";
 constexpr const char* kBackward = "ref-from-device";
-
-void check_devices(const ImportedRig& rig) {
-  const std::size_t n_cameras = rig.devices.size() - (rig.has_projector ? 1 : 0);
-  if (n_cameras < 1 || n_cameras > 2)
-    throw UserError(ExitCode::usage, rig.source, fmt::format("has {} cameras", n_cameras),
-                    "a twin has one camera or two");
-  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
-    const calib::ImportedDevice& d = rig.devices[i];
-    if (const std::string fault = name_fault(d.name); !fault.empty())
-      throw UserError(ExitCode::usage, d.where, "the name " + fault, kNameHint);
-    if (const std::string fault = pose_fault(d.T_device_ref); !fault.empty())
-      throw UserError(ExitCode::input, d.where, fault, "check the numbers and --unit");
-    if (const std::string doubt = calib::swapped_size_doubt(d); !doubt.empty()) warn(doubt);
-    // Refuses a lens that does not invert, before anything is written.
-    (void)Lens(d.lensmodel, d.intrinsics, {d.imagersize_px[0], d.imagersize_px[1]}, d.where);
-    for (std::size_t k = 0; k < i; ++k) {
-      const calib::ImportedDevice& other = rig.devices[k];
-      if (other.name == d.name)
-        throw UserError(ExitCode::usage, d.where,
-                        fmt::format("{}.cameramodel would be written twice", d.name),
-                        "give each device a name of its own");
-      const Pose between = d.T_device_ref * other.T_device_ref.inverse();
-      if (between.translation_mm.norm() < 1e-6)
-        warn(d.name + " stands in the same place as " + other.name + "; is its R, T right?");
-    }
-  }
-}
 
 /// One line a convention on stdout; the sentence when the poses do not fit as given.
 void check_observations(const ImportedRig& rig, const RigOptions& o) {
@@ -99,6 +73,47 @@ void write_model(const std::filesystem::path& file, const calib::ImportedDevice&
 }
 
 }  // namespace
+
+ImportedRig read_models(std::vector<std::string> files, const std::string& projector, double mm_per_unit) {
+  ImportedRig rig;
+  rig.has_projector = !projector.empty();
+  if (rig.has_projector) files.push_back(projector);
+  rig.source = fmt::format("{}", fmt::join(files, " "));
+  for (const std::string& file : files) {
+    const CameraModelFile model = read_cameramodel(file);
+    RotTrans rt = Eigen::Map<const RotTrans>(model.rt_cam_ref.data());
+    rt.tail<3>() *= mm_per_unit;
+    rig.devices.push_back({std::filesystem::path(file).stem().string(), model.lensmodel, model.intrinsics,
+                           model.imagersize, pose_from_rt(rt), model.extra, file});
+  }
+  return rig;
+}
+
+void check_devices(const ImportedRig& rig) {
+  const std::size_t n_cameras = rig.devices.size() - (rig.has_projector ? 1 : 0);
+  if (n_cameras < 1 || n_cameras > 2)
+    throw UserError(ExitCode::usage, rig.source, fmt::format("has {} cameras", n_cameras),
+                    "a twin has one camera or two");
+  for (std::size_t i = 0; i < rig.devices.size(); ++i) {
+    const calib::ImportedDevice& d = rig.devices[i];
+    if (const std::string fault = name_fault(d.name); !fault.empty())
+      throw UserError(ExitCode::usage, d.where, "the name " + fault, kNameHint);
+    if (const std::string fault = pose_fault(d.T_device_ref); !fault.empty())
+      throw UserError(ExitCode::input, d.where, fault, "check the numbers and --unit");
+    if (const std::string doubt = calib::swapped_size_doubt(d); !doubt.empty()) warn(doubt);
+    // Refuses a lens that does not invert, before anything is written.
+    (void)Lens(d.lensmodel, d.intrinsics, {d.imagersize_px[0], d.imagersize_px[1]}, d.where);
+    for (std::size_t k = 0; k < i; ++k) {
+      const calib::ImportedDevice& other = rig.devices[k];
+      if (other.name == d.name)
+        throw UserError(ExitCode::usage, d.where, fmt::format("another device is named \"{}\", too", d.name),
+                        "give each device a name of its own");
+      const Pose between = d.T_device_ref * other.T_device_ref.inverse();
+      if (between.translation_mm.norm() < 1e-6)
+        warn(d.name + " stands in the same place as " + other.name + "; is its R, T right?");
+    }
+  }
+}
 
 void add_rig_options(CLI::App& sub, RigOptions& options) {
   begin_group(sub, kOutput);

@@ -33,6 +33,14 @@ struct ImportedRig {
   std::string source;  ///< for the comment in the files
 };
 
+/// Returns the devices of mrcal's models, each named for its file; `files`: the cameras', to which the
+/// projector's (may be empty) is added.
+ImportedRig read_models(std::vector<std::string> files, const std::string& projector, double mm_per_unit);
+
+/// Throws UserError(usage) for lenses that do not invert, two devices of one name, more than two cameras;
+/// warns of two devices in one place.
+void check_devices(const ImportedRig& rig);
+
 /// NAME=PART,PART...[@WIDTHxHEIGHT], as --camera and --projector take them.
 struct DeviceRequest {
   std::string name;

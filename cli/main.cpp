@@ -184,9 +184,9 @@ int main(int argc, char** argv) {
   invocation.argv.assign(argv, argv + argc);
   using namespace fringetwin::cli;
   for (auto* add :
-       {add_cosim, add_render, add_measure,   add_compare,    add_diff,    add_export,     add_open,
-        add_new,   add_import, add_calibrate, add_photometry, add_capture, add_needs,      add_pareto,
-        add_study, add_info,   add_help,      add_version,    add_man,     add_completions})
+       {add_cosim,  add_render, add_measure, add_compare,   add_diff,       add_export,  add_open,
+        add_index,  add_new,    add_import,  add_calibrate, add_photometry, add_capture, add_needs,
+        add_pareto, add_study,  add_info,    add_help,      add_version,    add_man,     add_completions})
     add(app, invocation);
   app.footer(  // last: commands would take it over
       "Exit codes: 0 pass, 1 limits not met, 2 usage or configuration, 3 input data, 4 device, "

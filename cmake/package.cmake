@@ -56,6 +56,10 @@ if(FRINGETWIN_HAS_PYTHON)
   # The module loads the program's module for TIFF, and needs the same driver and gnuplot.
   string(JOIN ", " CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "fringetwin (= ${PROJECT_VERSION})"
     "python3 (>= 3.${Python3_VERSION_MINOR})" "python3 (<< 3.${next_minor})" python3-numpy)
+  # For some days before its release, 0.2.0 was a single package, with the module in it. Its files may be taken over. Breaks
+  # would be wrong: it cannot tell that package from the one of the same version that the module depends on. Nothing of
+  # libfringetwin-dev was ever in another package, and before 0.2.0 there was none.
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_REPLACES "fringetwin (<= 0.2.0)")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/python3/postinst ${CMAKE_SOURCE_DIR}/cmake/python3/prerm)
   set(CPACK_DEBIAN_PYTHON_DESCRIPTION "digital twin of fringe-projection rigs, from Python
 ${about}

@@ -26,6 +26,7 @@
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/shift_field.hpp"
 #include "compare/result/milestones.hpp"
+#include "compare/strangers/other_surfaces.hpp"
 #include "compare/verdict/calibration_budget.hpp"
 #include "compare/verdict/coverage.hpp"
 #include "compare/verdict/explain_code.hpp"
@@ -435,6 +436,10 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   progress.step();
   out.coverage = coverage_rows(twin, real, simulated);
   for (ExplainedRow& row : explain_coverage(twin, out.coverage)) out.explained.push_back(std::move(row));
+  out.other_surfaces = other_surfaces(twin, real, simulated);
+  hold_against_surfaces(out.other_surfaces, out.explained);
+  for (const OtherSurfaceRow& surface : out.other_surfaces)
+    out.warnings.push_back(surface.camera + ": " + surface.why);
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);

@@ -26,4 +26,8 @@ void write_figures_if_asked(const std::filesystem::path& dir, const ExtraFiles& 
   report::write_drawings(dir / "figures", report::drawings_of_page(page));
 }
 
+void check_figures(const std::filesystem::path& dir, const ExtraFiles& extra) {
+  if (extra.figures) report::check_all_drawn(dir / "report.html");
+}
+
 }  // namespace fringetwin::cosim

@@ -21,5 +21,8 @@ void write_npz_if_asked(const std::filesystem::path& dir, const measure::Measure
                         const ExtraFiles& extra);
 /// Writes the plots of DIR/report.html, which is there, to DIR/figures where it is asked for.
 void write_figures_if_asked(const std::filesystem::path& dir, const ExtraFiles& extra);
+/// Throws UserError(usage) where they are asked for and gnuplot did not draw all of them; to be called when
+/// all else is written.
+void check_figures(const std::filesystem::path& dir, const ExtraFiles& extra);
 
 }  // namespace fringetwin::cosim

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "compare/causes/causes.hpp"
 #include "compare/held_out/held_out.hpp"
@@ -20,6 +22,26 @@ std::string told_state(const std::string& state) {
   if (state == compare::kExplained) return state;
   if (state == compare::kNotExplained) return "NOT EXPLAINED by the budget";
   return state == compare::kTooWide ? "BUDGET TOO WIDE" : "NOT COMPARED";
+}
+
+/// Returns why a row is in its state. Of coverage, whose rows hold sentences on all objects, the three
+/// furthest beyond their allowance: the page has all.
+std::string told_reason(const compare::Comparison& c, const compare::ExplainedRow& row) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::pair<double, std::string>> reasons;
+  for (const compare::OtherSurfaceRow& surface : c.other_surfaces)
+    if (surface.camera == row.region)
+      reasons.emplace_back(std::numeric_limits<double>::infinity(), surface.why);
+  for (const compare::CoverageRow& counts : c.coverage)
+    if (counts.camera == row.region && !counts.why.empty())
+      reasons.emplace_back(
+          counts.excess(),
+          (counts.object.empty() ? "" : fmt::format("of \"{}\" ", counts.object)) + counts.why);
+  if (row.quantity != "coverage" || reasons.size() <= kMost) return row.why;
+  std::ranges::stable_sort(reasons, std::ranges::greater{}, &std::pair<double, std::string>::first);
+  std::string text;
+  for (std::size_t i = 0; i < kMost; ++i) text += reasons[i].second + "; ";
+  return text + fmt::format("and {} more (see the page)", reasons.size() - kMost);
 }
 
 }  // namespace
@@ -86,8 +108,9 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
                                      ? fmt::format(", of regions {:.3g} ({:.3g})", row.regional_chi2,
                                                    row.regional_limit)
                                      : "";
+    const std::string why = told_reason(c, row);
     out.push_back(fmt::format("{} {}: {}{}{}{}", row.quantity, row.region, told_state(row.state), chi2,
-                              regional, row.why.empty() ? "" : ": " + row.why));
+                              regional, why.empty() ? "" : ": " + why));
   }
   for (const std::string& line : {compare::sentence(c.causes), compare::pattern_sentence(c.causes.pattern),
                                   compare::gain_sentence(c.causes)})

@@ -105,6 +105,24 @@ TEST(Summary, SaysEveryState) {
                    "coverage region of coverage: NOT COMPARED: dark"}));
 }
 
+// The page has all sentences on coverage, the terminal those on the three that are furthest off.
+TEST(Summary, SaysTheWorstThreeOfCoverage) {
+  compare::Comparison c;
+  c.explained = {judged("coverage", compare::kNotExplained, "all of it")};
+  c.explained[0].region = "left";
+  for (const std::uint64_t thick : {20u, 10u, 40u, 30u}) {
+    compare::CoverageRow& row = c.coverage.emplace_back();
+    row.camera = "left", row.object = "n" + std::to_string(thick), row.why = "differs";
+    row.real_only.thick = thick, row.allowed_thick = 9.0;
+  }
+  c.coverage.emplace_back(c.coverage[2]).camera = "right";
+  EXPECT_EQ(summary_lines(c),
+            (Lines{"coverage left: NOT EXPLAINED by the budget: of \"n40\" differs; of \"n30\" differs; of "
+                   "\"n20\" differs; and 1 more (see the page)"}));
+  c.coverage.erase(c.coverage.begin());
+  EXPECT_EQ(summary_lines(c), (Lines{"coverage left: NOT EXPLAINED by the budget: all of it"}));
+}
+
 // What is left over is said after the causes, and the gain with a cause after both.
 TEST(Summary, SaysCausesThenWhatIsLeftThenTheGainWithThem) {
   compare::Comparison c;

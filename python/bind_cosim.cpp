@@ -57,6 +57,7 @@ void run(const PyTwin& twin, const std::filesystem::path& out, const std::vector
     cosim::Run run = cosim::run_cosim(request);
     cosim::write_simulated_side(out, run, radiance);
     cosim::compare_and_write(out, run, origin, extra);
+    cosim::check_figures(out, extra);
   });
 }
 

@@ -38,8 +38,10 @@ std::shared_ptr<PyMeasurement> measure_set(const PyTwin& twin, const PyCaptures&
 void write(PyMeasurement& self, const std::filesystem::path& out, bool npz, bool figures) {
   long_call([&] {
     const FoldersOfCall folders;
+    const cosim::ExtraFiles extra{.npz = npz, .figures = figures};
     cosim::write_measured(out, *self.twin, self.measurement, self.capture_files, self.origin, self.timer,
-                          {.npz = npz, .figures = figures});
+                          extra);
+    cosim::check_figures(out, extra);
   });
 }
 

@@ -6,12 +6,16 @@
 #include "report/glossary/terms.hpp"
 #include "report/page_template.hpp"
 #include "report/text.hpp"
+#include "twin/base/safe_file.hpp"
 
 namespace fringetwin::report {
 
 namespace mustache = kainjow::mustache;
 
 namespace {
+
+constexpr std::size_t kHeadOfPage = 1
+                                    << 16;  ///< bytes: the style sheet has 9000, and the answer is a sentence
 
 /// An empty text hides its block in the template.
 void set_if(mustache::data& data, const std::string& key, const std::string& text) {
@@ -46,7 +50,33 @@ std::string glossary_html(const std::string& page_html) {
                             "</dl></details>";
 }
 
+/// Returns the text of the first element that begins with `tag`, whose own end is `end`; empty without one.
+std::string text_of_element(std::string_view html, std::string_view tag, std::string_view end) {
+  const std::size_t begin = html.find(tag);
+  if (begin == std::string_view::npos) return "";
+  const std::size_t text = html.find('>', begin), after = html.find(end, begin);
+  if (text == std::string_view::npos || after == std::string_view::npos || after < text) return "";
+  return unescape_html(html.substr(text + 1, after - text - 1));
+}
+
 }  // namespace
+
+std::optional<PageHead> head_of_page(const std::filesystem::path& file) {
+  std::string html;
+  try {
+    std::uintmax_t size = 0;
+    html = read_text_start(file, {.what = "page"}, kHeadOfPage, &size);
+  } catch (const UserError&) {
+    return {};
+  }
+  const std::size_t begin = html.find("<header>"), end = html.find("</header>");
+  const bool ours = html.find("<meta name=\"generator\" content=\"fringetwin\">") < begin;
+  if (!ours || begin == std::string::npos || end == std::string::npos || end < begin) return {};
+  const std::string_view head = std::string_view(html).substr(begin, end - begin);
+  return PageHead{.title = text_of_element(head, "<h1", "</h1>"),
+                  .answer = text_of_element(head, "<p class=\"answer\"", "</p>"),
+                  .verdict = text_of_element(head, "<div class=\"verdict", "</div>")};
+}
 
 std::string figure_html(const std::string& body_html, const std::string& caption, const std::string& formula,
                         const std::string& command) {

@@ -2,6 +2,8 @@
 // Turns sections, figures and warnings into one page: a self-contained HTML file that needs no network, opens
 // from disk and prints well.
 #pragma once
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,5 +34,12 @@ struct Page {
   std::string script = {};             ///< JavaScript at the end of the page; may be empty
   std::string html() const;
 };
+
+/// What the head of a page of this program says, as text.
+struct PageHead {
+  std::string title, answer, verdict;
+};
+/// Reads it from the first bytes of a file; nothing of a page of others, and of what cannot be read.
+std::optional<PageHead> head_of_page(const std::filesystem::path& file);
 
 }  // namespace fringetwin::report

@@ -56,6 +56,7 @@ th { font-weight: 650; border-bottom: 1.5px solid var(--ink); border-top: 1.5px 
 th:first-child, td:first-child { padding-left: 6px; } th:last-child, td:last-child { padding-right: 6px; }
 .l { text-align: left; } .r { text-align: right; white-space: nowrap; }
 .unit { display: block; font-weight: 400; color: var(--soft); font-size: 12px; }
+td a { color: var(--accent); } tr.fault td { color: var(--warn); }
 tr.group td { font-weight: 650; background: var(--wash); }
 td.share { width: 40%; min-width: 180px; } td.share span { display: block; height: 11px; print-color-adjust: exact;
   -webkit-print-color-adjust: exact; }
@@ -102,6 +103,10 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
   .answer, .verdict { font-size: 15px; } .verdict { padding: 7px 12px; letter-spacing: .04em; }
   .map, .slider, .wide { flex-basis: 100%; } td, th { padding-right: 10px; } td.share { min-width: 90px; }
   nav a { margin-right: 14px; padding: 3px 0; }
+  .cards thead, .cards td:empty { display: none; } .cards table { min-width: 100%; }
+  .cards table, .cards caption, .cards tbody, .cards tr, .cards td { display: block; } .cards tr { padding: 8px 0; border-bottom: 1px solid var(--line); }
+  .cards td { border: 0; padding: 1px 6px; text-align: left; white-space: normal; overflow-wrap: anywhere; }
+  .cards td[data-head]::before { content: attr(data-head) ": "; color: var(--soft); }
 }
 @media print {
   @page { size: A4; margin: 14mm 13mm; }

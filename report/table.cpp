@@ -17,16 +17,21 @@ std::string head_html(const std::string& header) {
   return "<abbr title=\"" + escape_html(std::string(meaning)) + "\">" + escape_html(header) + "</abbr>";
 }
 
+/// Returns a column's head on one line: "phase [rad]".
+std::string words_of_head(const Column& column) {
+  return column.header + (column.unit.empty() ? "" : " [" + column.unit + "]");
+}
+
 }  // namespace
 
 void Table::add_row(std::vector<std::string> cells, const std::string& css_class) {
   FT_CHECK(cells.size() <= columns.size(), "a table row has more cells than the table has columns");
   cells.resize(columns.size());
-  rows.push_back({std::move(cells), css_class});
+  rows.push_back({.cells = std::move(cells), .css_class = css_class});
 }
 
 std::string Table::html() const {
-  std::string out = "<div class=\"table\"><table>";
+  std::string out = cards ? "<div class=\"table cards\"><table>" : "<div class=\"table\"><table>";
   if (!caption.empty()) out += "<caption>" + escape_html(caption) + "</caption>";
   out += "<thead><tr>";
   for (const Column& column : columns) {
@@ -38,9 +43,12 @@ std::string Table::html() const {
   out += "</tr></thead>\n<tbody>";
   for (const Row& row : rows) {
     out += row.css_class.empty() ? "<tr>" : "<tr class=\"" + escape_html(row.css_class) + "\">";
-    for (std::size_t i = 0; i < row.cells.size(); ++i)
-      out += std::string("<td class=\"") + align_class(columns[i].align) + "\">" + escape_html(row.cells[i]) +
-             "</td>";
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      const std::string link = i == 0 ? escape_html(row.link) : "", text = escape_html(row.cells[i]);
+      out += std::string("<td class=\"") + align_class(columns[i].align) + "\"" +
+             (cards && i > 0 ? " data-head=\"" + escape_html(words_of_head(columns[i])) + "\">" : ">") +
+             (link.empty() ? text : "<a href=\"" + link + "\">" + text + "</a>") + "</td>";
+    }
     out += "</tr>\n";
   }
   return out + "</tbody></table></div>\n";

@@ -22,9 +22,11 @@ inline Column text_column(const std::string& header, const std::string& unit = "
 struct Table {
   struct Row {
     std::vector<std::string> cells;
-    std::string css_class;  ///< "pass", "fail", "group" or empty
+    std::string css_class;  ///< "pass", "fail", "group", "fault" or empty
+    std::string link = {};  ///< an address (report::url_path) that the first cell leads to; may be empty
   };
   std::string caption;
+  bool cards = false;  ///< on a narrow screen each row is a block of its own, with the heads beside its cells
   std::vector<Column> columns;
   std::vector<Row> rows;
 

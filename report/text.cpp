@@ -50,6 +50,24 @@ std::string escape_html(std::string_view text) {
   return out;
 }
 
+std::string unescape_html(std::string_view escaped) {
+  std::string out(escaped);
+  for (const auto& [entity, letter] :
+       {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&#39;", "'"}, {"&amp;", "&"}})
+    out = replace_all(out, entity, letter);  // & last: what it makes is no entity
+  return out;
+}
+
+std::string url_path(std::string_view path) {
+  std::string out;
+  for (const char c : path) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                       std::string_view("-_./~").find(c) != std::string_view::npos;
+    out += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return out;
+}
+
 std::string safe_id(std::string_view text) {
   std::string out;
   for (const char c : text) {

@@ -10,6 +10,13 @@ namespace fringetwin::report {
 /// &, <, >, " and ' as entities; control characters (twin/base/plain_text.hpp) but line breaks as ?.
 std::string escape_html(std::string_view text);
 
+/// Returns the text that escape_html() made this of.
+std::string unescape_html(std::string_view escaped);
+
+/// Returns a relative path as the address of a link: every byte that could mean something there (a colon,
+/// too, which may end a scheme) as % and two hex digits.
+std::string url_path(std::string_view path);
+
 /// Letters, digits and - stay; every other byte as _ and two hex digits: nothing can leave an attribute,
 /// and different names stay different.
 std::string safe_id(std::string_view text);

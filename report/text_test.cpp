@@ -23,6 +23,17 @@ TEST(Text, EscapesHtml) {
   EXPECT_EQ(escape_html(std::string_view("a\0\033b\nc\xff", 7)), "a??b\nc?");
 }
 
+TEST(Text, EscapedHtmlComesBack) {
+  for (const std::string text : {"<a href=\"x\">&'", "&lt; &amp;lt;", "plain", ""})
+    EXPECT_EQ(unescape_html(escape_html(text)), text);
+}
+
+TEST(Text, APathBecomesAnAddress) {
+  EXPECT_EQ(url_path("a b/c-1_2.x~/report.html"), "a%20b/c-1_2.x~/report.html");
+  EXPECT_EQ(url_path("javascript:x"), "javascript%3Ax");
+  EXPECT_EQ(url_path("<\"'&?#%>\xc3\xa9"), "%3C%22%27%26%3F%23%25%3E%C3%A9");
+}
+
 TEST(Text, Numbers) {
   EXPECT_EQ(number(0.0), "0");
   EXPECT_EQ(number(1.0 / 3.0, 3), "0.333");
@@ -132,6 +143,12 @@ TEST(Table, CarriesUnitsAndEscapes) {
   EXPECT_NE(html.find("<tr class=\"pass\"><td class=\"l\">&lt;x&gt;</td><td class=\"r\">1.5</td>"),
             std::string::npos);
   EXPECT_ANY_THROW(table.add_row({"1", "2", "3"}));
+  EXPECT_EQ(html.find("data-head"), std::string::npos);
+  table.cards = true;
+  table.rows.front().link = "a%20b/\"";
+  EXPECT_NE(table.html().find("<td class=\"l\"><a href=\"a%20b/&quot;\">&lt;x&gt;</a></td>"
+                              "<td class=\"r\" data-head=\"rms [DN]\">1.5</td>"),
+            std::string::npos);
 }
 
 }  // namespace

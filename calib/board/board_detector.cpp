@@ -83,6 +83,25 @@ std::vector<Corner> to_corners(const std::vector<cv::Point2f>& points) {
   return corners;
 }
 
+/// Where the board's squares differ at its two ends, the dark one beside the first corner says which end is
+/// read first, however the camera stands.
+bool is_unique(const Board& board) { return (board.width_n + board.height_n) % 2 != 0; }
+
+/// Puts the first corner where the square inside of it is dark. All squares between corners say so together.
+void begin_at_dark(std::vector<Corner>& corners, const Board& board, const cv::Mat& image) {
+  double dark = 0.0;  // in DN, of the squares of the first one's colour less the others
+  for (int row = 0; row + 1 < board.height_n; ++row)
+    for (int col = 0; col + 1 < board.width_n; ++col) {
+      const std::size_t i = row * board.width_n + col, below = i + static_cast<std::size_t>(board.width_n);
+      const Eigen::Vector2d middle =
+          0.25 * (corners[i].q_px + corners[i + 1].q_px + corners[below].q_px + corners[below + 1].q_px);
+      const int x = std::clamp(static_cast<int>(std::lround(middle.x())), 0, image.cols - 1),
+                y = std::clamp(static_cast<int>(std::lround(middle.y())), 0, image.rows - 1);
+      dark += ((row + col) % 2 == 0 ? -1.0 : 1.0) * image.at<unsigned char>(y, x);
+    }
+  if (dark < 0.0) std::ranges::reverse(corners);
+}
+
 /// Rows to the right in the picture.
 void make_upright(std::vector<Corner>& corners, int width_n) {
   double dx = 0.0;
@@ -170,8 +189,11 @@ std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPa
   const cv::Mat picture = to_8_bit(image);
   const EndsOnCancel opencv_does_not_ask;
   switch (pattern.kind) {
-    case BoardKind::chessboard:
-      return find_regular(find_chessboard(picture, pattern.board), pattern.board);
+    case BoardKind::chessboard: {
+      auto corners = find_regular(find_chessboard(picture, pattern.board), pattern.board);
+      if (corners && is_unique(pattern.board)) begin_at_dark(*corners, pattern.board, picture);
+      return corners;
+    }
     case BoardKind::circles:
       return find_regular(
           find_circles(picture, {pattern.board.width_n, pattern.board.height_n}, cv::CALIB_CB_SYMMETRIC_GRID),

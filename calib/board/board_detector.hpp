@@ -31,7 +31,8 @@ struct BoardPattern {
 
 /// One corner per place of the board, unseen ones marked; nullopt when the board is not found (charuco: fewer
 /// than 6 corners). Refined to sub-pixel. A chessboard or circle grid that looks the same upside down is read
-/// with its rows running to the right in the picture. Values of `image` in DN; NaN counts as dark.
+/// with its rows running to the right in the picture, another chessboard from where the square inside the
+/// first corner is dark. Values of `image` in DN; NaN counts as dark.
 std::optional<std::vector<Corner>> find_board(const ImageF& image, const BoardPattern& pattern);
 
 }  // namespace fringetwin::calib

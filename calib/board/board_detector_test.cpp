@@ -102,6 +102,20 @@ TEST(BoardDetector, Chessboard) {
   EXPECT_FALSE(find_board(picture(view_of_board(), [](double, double) { return 1.0; }), pattern));
 }
 
+// The squares inside the first and the last corner differ, so both ways up are one order of the corners.
+TEST(BoardDetector, AChessboardOfTwoDifferentEndsIsReadFromTheSameOneUpsideDown) {
+  const BoardPattern pattern{BoardKind::chessboard, {9, 6, 10.0}};
+  const auto level = [&](double x, double y) { return chess_level(pattern.board, x, y); };
+  Eigen::Matrix3d upside_down;
+  upside_down << -1.0, 0.0, 639.0, 0.0, -1.0, 479.0, 0.0, 0.0, 1.0;
+  for (const Eigen::Matrix3d& H : {view_of_board(), Eigen::Matrix3d(upside_down * view_of_board())}) {
+    const auto corners = find_board(picture(H, level), pattern);
+    ASSERT_TRUE(corners);
+    int n = 0;
+    EXPECT_LT(rms_error(*corners, pattern.board, H, n), 0.1);
+  }
+}
+
 TEST(BoardDetector, Circles) {
   BoardPattern pattern;
   pattern.kind = BoardKind::circles;

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "calib/board/corner_order.hpp"
 #include "measure/decode/decode.hpp"
+#include "measure/description/doubts.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
@@ -22,6 +25,71 @@ bool any_seen(const std::vector<ProjectorCorner>& corners) {
 std::vector<Corner> on_whole_sensor(std::vector<Corner> corners, const Camera& camera) {
   for (Corner& corner : corners) corner.q_px = camera.on_sensor_px(corner.q_px);
   return corners;
+}
+
+/// The board in the images of one camera, as it is read there.
+struct SeenBoard {
+  std::string camera = {};
+  std::vector<Corner> corners = {};            ///< empty: not seen
+  std::vector<ProjectorCorner> readings = {};  ///< the projector's pixels at the corners
+};
+
+std::vector<Corner> places(const std::vector<ProjectorCorner>& readings) {
+  std::vector<Corner> out;
+  for (const ProjectorCorner& reading : readings) out.push_back({reading.q_px, reading.seen() ? 1.0 : -1.0});
+  return out;
+}
+
+/// Refuses images in a mirror: a camera finds the rows of the board to run to the right in them all the same,
+/// and the projector's pixels say that they do not.
+void check_mirrored(const std::filesystem::path& folder, const Board& board,
+                    const std::vector<SeenBoard>& boards) {
+  const SeenBoard* mirrored = nullptr;
+  bool all = true;
+  for (const SeenBoard& seen : boards) {
+    const std::optional<bool> is_so = is_mirrored(board, places(seen.readings));
+    if (!is_so) continue;
+    if (*is_so) mirrored = &seen;
+    all = all && *is_so;
+  }
+  if (!mirrored) return;
+  if (all)
+    throw UserError(ExitCode::input, folder.string(),
+                    "the projector's pixels lie on the board as in a mirror",
+                    "are the fringes of x and y exchanged ([fringes] directions), the images of the cameras "
+                    "mirrored, or is the projector set to rear projection?");
+  throw UserError(ExitCode::input, folder.string(),
+                  fmt::format("the images of {} are mirrored: the projector's pixels lie on the board the "
+                              "other way round than in those of the other camera",
+                              mirrored->camera),
+                  "switch mirroring off in the camera, or flip the images back");
+}
+
+/// Brings the corners of each camera into the order of the first: where a camera stands upside down beside
+/// it, a board that looks the same turned by 180 degrees is read from its other end. The projector's pixels
+/// tell the corners.
+void turn_to_the_first(const Board& board, std::vector<SeenBoard>& boards) {
+  const SeenBoard* first = nullptr;
+  for (SeenBoard& seen : boards) {
+    if (!any_seen(seen.readings)) continue;
+    if (!first) {
+      first = &seen;
+      continue;
+    }
+    const CornerOrder* order = turn_beside(board, places(first->readings), places(seen.readings));
+    if (!order) continue;
+    seen.corners = reordered(board, seen.corners, *order);
+    seen.readings = reordered(board, seen.readings, *order);
+  }
+}
+
+/// Refuses images that show other fringes than the twin describes, and says which where that is found.
+void check_description(const std::filesystem::path& folder, const CameraImages& images,
+                       const Fringes& fringes, const measure::DecodeOptions& options,
+                       const measure::CameraDecode& decoded) {
+  for (const measure::Doubt& doubt : measure::description_doubts(images, fringes, options, decoded, {}))
+    if (doubt.shows_other_fringes)
+      throw UserError(ExitCode::input, folder.string(), doubt.sentence, "mend [fringes] of the twin");
 }
 
 }  // namespace
@@ -76,27 +144,33 @@ std::vector<ImageCorners> detect_in_captures(const Twin& twin,
     const std::filesystem::path tidy = folder.has_filename() ? folder : folder.parent_path();
     const std::string name = tidy.filename().string();
     const CaptureSet set = read_capture_set(folder, n_images);
-    std::vector<std::vector<ProjectorCorner>> readings;
+    std::vector<SeenBoard> boards;
     for (const Camera& camera : twin.cameras) {
       const CameraImages images = load_camera_images(set, camera, twin.fringes);
       const auto corners = find_board(evenly_lit(images, twin.fringes), pattern);
-      out.push_back(
-          {camera.name + "-" + name, on_whole_sensor(corners.value_or(std::vector<Corner>{}), camera), 0});
       if (!corners) {
         warn(fmt::format("{}: {} does not see the board", folder.string(), camera.name));
+        boards.push_back({.camera = camera.name});
         continue;
       }
-      if (twin.projector)
-        readings.push_back(
-            projector_corners(measure::decode(images, twin.fringes, options), pattern.board, *corners));
+      boards.push_back({.camera = camera.name, .corners = *corners});
+      if (!twin.projector) continue;
+      const measure::CameraDecode decoded = measure::decode(images, twin.fringes, options);
+      boards.back().readings = projector_corners(decoded, pattern.board, *corners);
+      const bool is_first = std::ranges::none_of(of_projector, any_seen);
+      if (is_first && !any_seen(boards.back().readings))
+        check_description(folder, images, twin.fringes, options, decoded);
+    }
+    check_mirrored(folder, pattern.board, boards);
+    turn_to_the_first(pattern.board, boards);
+    std::vector<std::vector<ProjectorCorner>> readings;
+    for (std::size_t c = 0; c < boards.size(); ++c) {
+      out.push_back({boards[c].camera + "-" + name, on_whole_sensor(boards[c].corners, twin.cameras[c]), 0});
+      if (any_seen(boards[c].readings)) readings.push_back(std::move(boards[c].readings));
     }
     if (twin.projector) {
-      auto corners = mean_of_cameras(readings);
-      if (!any_seen(corners)) {
-        warn(folder.string() + ": no corner of the board is lit by decodable fringes");
-        corners.clear();
-      }
-      of_projector.push_back(std::move(corners));
+      if (readings.empty()) warn(folder.string() + ": no corner of the board is lit by decodable fringes");
+      of_projector.push_back(mean_of_cameras(readings));
       out.push_back({"projector-" + name, {}, 0});
     }
     progress.advance();

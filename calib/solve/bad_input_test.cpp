@@ -90,6 +90,18 @@ TEST_F(BadInput, MirroredBoard) {
               HasSubstr("projector, view 1: the corners of projector are mirrored left to right"));
 }
 
+TEST_F(BadInput, ADeviceWhoseViewsAreMirrored) {
+  for (const int device : {0, 2}) {
+    Observations o = good_;
+    for (View& v : o.views)
+      if (v.device == device)
+        for (auto row = v.corners.begin(); row != v.corners.end(); row += o.board.width_n)
+          std::reverse(row, row + o.board.width_n);
+    EXPECT_THAT(refusal(o), HasSubstr(o.devices[static_cast<std::size_t>(device)].name +
+                                      ": 8 of its 8 views have the corners as in a mirror"));
+  }
+}
+
 TEST_F(BadInput, OneViewOfAnotherBoard) {
   testing::TrueRig rig = testing::true_paper_rig();
   rig.board.spacing_mm = 10.0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/board/corner_order.hpp"
 #include "calib/solve/circle_bias.hpp"
 #include "calib/solve/seed.hpp"
 #include "calib/solve/uncertainty.hpp"
@@ -196,6 +197,7 @@ Calibration solve(const Observations& given, const CalibrateOptions& options) {
   c.observations.sort();
   check_options(c.observations, options);
   check_observations(c.observations);
+  check_not_mirrored(c.observations);
   std::vector<AloneFit> alone;
   for (std::size_t d = 0; d < c.observations.devices.size(); ++d)
     alone.push_back(calibrate_alone(c.observations, static_cast<int>(d), options.lensmodel));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calib/board/corner_order.hpp"
 #include "calib/solve/seed.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
@@ -80,32 +81,6 @@ std::optional<Pair> fit_pair(const Board& board, const std::vector<AloneFit>& al
 
 // --- what can be wrong with a view that disagrees
 
-struct Order {
-  const char* what;
-  bool flip_rows, flip_columns, transpose;
-};
-constexpr Order kOrders[] = {
-    {"run in the reverse order (the board turned by 180 degrees)", true, true, false},
-    {"are mirrored left to right", false, true, false},
-    {"are mirrored top to bottom", true, false, false},
-    {"have rows and columns exchanged", false, false, true},
-    {"are turned by 90 degrees", true, false, true},
-    {"are turned by -90 degrees", false, true, true},
-    {"have rows and columns exchanged and reversed", true, true, true},
-};
-
-std::vector<Corner> reordered(const Board& board, const std::vector<Corner>& corners, const Order& order) {
-  std::vector<Corner> out(corners.size());
-  for (int row = 0; row < board.height_n; ++row)
-    for (int col = 0; col < board.width_n; ++col) {
-      const int r = order.flip_rows ? board.height_n - 1 - row : row;
-      const int c = order.flip_columns ? board.width_n - 1 - col : col;
-      const int from = order.transpose ? c * board.width_n + r : r * board.width_n + c;
-      out[row * board.width_n + col] = corners[from];
-    }
-  return out;
-}
-
 class Explanation {
  public:
   Explanation(const Observations& o, const MrcalModel& model, const std::vector<AloneFit>& alone,
@@ -140,7 +115,7 @@ class Explanation {
   }
 
   std::string another_order(int blamed) const {
-    for (const Order& order : kOrders) {
+    for (const CornerOrder& order : kCornerOrders) {
       if (order.transpose && o_.board.width_n != o_.board.height_n) continue;
       const auto b = pose_of(reordered(o_.board, view(pair_.b).corners, order), pair_.b);
       if (!b || !agree(pose(pair_.a), b->T_device_board)) continue;

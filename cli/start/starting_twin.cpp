@@ -16,12 +16,21 @@ constexpr const char* kBrightness =
 }  // namespace
 
 std::string starting_twin_toml(const std::string& name,
-                               const std::vector<std::pair<std::string, bool>>& devices) {
+                               const std::vector<std::pair<std::string, bool>>& devices,
+                               const KeptTables& kept) {
   std::string toml =
       fmt::format("schema = \"fringetwin-twin/1\"\nname = \"{}\"\ncameramodel_unit = \"m\"\n", name);
-  for (const auto& [device, is_projector] : devices)
-    toml += is_projector ? fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\n{}", device, kBrightness)
-                         : fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n", device);
+  for (const auto& [device, is_projector] : devices) {
+    const auto of_camera = kept.of_camera.find(device);
+    if (is_projector)
+      toml += fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\n{}", device,
+                          kept.projector.empty() ? kBrightness : kept.projector);
+    else
+      toml += fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n{1}", device,
+                          of_camera == kept.of_camera.end() ? "" : of_camera->second);
+  }
+  if (!kept.fringes.empty())
+    return toml + "\n# Describe the part and what to fit (docs/FORMATS.md).\n[fringes]\n" + kept.fringes;
   return toml +
          "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
          "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";

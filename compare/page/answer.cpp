@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "compare/causes/cause_decision.hpp"
+#include "compare/page/moved_parts.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "report/text.hpp"
 
@@ -25,8 +28,14 @@ std::string listed(const std::vector<std::string>& names, const char* last = " a
   return text;
 }
 
-/// Returns by how much a row is beyond its limits; of those that state no chi2, 0.
-double excess(const ExplainedRow& row) {
+/// Returns by how much a row is beyond its limits; of those that state neither chi2 nor counts, 0.
+double excess(const Comparison& c, const ExplainedRow& row) {
+  if (row.quantity == "coverage") {
+    double most = 0.0;
+    for (const CoverageRow& counts : c.coverage)
+      if (counts.camera == row.region) most = std::max(most, counts.excess());
+    return most;
+  }
   const double values = row.chi2 / row.chi2_limit, regions = row.regional_chi2 / row.regional_limit;
   return std::fmax(0.0, std::fmax(values, regions));
 }
@@ -39,7 +48,7 @@ const ExplainedRow* worst_row(const Comparison& c, const std::string& quantity) 
     if (row.quantity != quantity) continue;
     const bool worse =
                    !worst || (worst->state != row.state && worse_state(worst->state, row.state) == row.state),
-               further = worst && worst->state == row.state && excess(row) > excess(*worst);
+               further = worst && worst->state == row.state && excess(c, row) > excess(c, *worst);
     if (worse || further) worst = &row;
   }
   return worst;
@@ -97,6 +106,17 @@ std::string causes_text(const Causes& causes) {
   return listed(alike, " or ");
 }
 
+/// Returns the largest of the areas in words, to stand before all else; empty without any.
+std::string other_surface_text(const std::vector<OtherSurfaceRow>& surfaces) {
+  const auto largest = std::ranges::max_element(surfaces, {}, &OtherSurfaceRow::n);
+  if (largest == surfaces.end()) return "";
+  std::string text = largest->why;
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  const auto of_camera = std::ranges::count(surfaces, largest->camera, &OtherSurfaceRow::camera);
+  return text + " (camera " + largest->camera + ")" +
+         (of_camera > 1 ? fmt::format(" (the largest of {} such areas)", of_camera) : "");
+}
+
 std::string worst_of_all(const Comparison& c) {
   std::string worst;
   for (const ExplainedRow& row : c.explained) worst = worse_state(worst, row.state);
@@ -143,16 +163,25 @@ std::vector<std::string> without_into(std::vector<std::string> argv) {
 }
 
 /// Returns the groups of an explanation as `--refine` takes them, those of this run's first; empty where it
-/// does not fit one of them, or has just fitted all.
+/// does not fit one of them, or has just fitted all. In place of all places of rig and objects, which no
+/// image tells from a motion of everything, those that moved.
 std::string refine_value(const Comparison& c, const std::string& together) {
   std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
   const std::size_t before = names.size();
-  for (const std::string& name : groups_in(together)) {
+  const std::vector<std::string> groups = groups_in(together);
+  const auto has = [](const std::vector<std::string>& all, const std::string& name) {
+    return std::ranges::find(all, name) != all.end();
+  };
+  const bool all_may_move =
+      has(groups, "rig") && has(groups, "pose") && !has(names, "rig") && !has(names, "pose");
+  const std::vector<std::string> moved = all_may_move ? moved_parts(c.causes) : std::vector<std::string>{};
+  std::ranges::copy_if(moved, std::back_inserter(names),
+                       [&](const std::string& part) { return !has(names, part); });
+  for (const std::string& name : groups) {
+    if (!moved.empty() && (name == "rig" || name == "pose")) continue;
     const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
     if (group == parameter_groups().end() ? name != "texture" : !group->instead.empty()) return "";
-    if (std::ranges::find(names, name) == names.end() &&
-        std::ranges::find(c.causes.refined, name) == c.causes.refined.end())
-      names.push_back(name);
+    if (!has(names, name) && !has(c.causes.refined, name)) names.push_back(name);
   }
   std::string value;
   if (names.size() > before)
@@ -170,6 +199,11 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
       if (group != parameter_groups().end() && !group->instead.empty()) return {group->instead, {}};
     }
   }
+  if (!c.other_surfaces.empty())
+    return {
+        "put what stands there into the twin as an [[object]], or take it out of the rig's view (table "
+        "\"Other surfaces\")",
+        {}};
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())
     return {
@@ -192,8 +226,10 @@ std::string answer_sentence(const Comparison& c) {
       faults.push_back(fault_text(*row));
   }
   if (agree.empty() && faults.empty()) return "";
-  std::string text = agree.empty() ? "" : "Twin and rig agree in " + listed(agree);
+  const std::string other = other_surface_text(c.other_surfaces);
+  std::string text = agree.empty() ? other : "Twin and rig agree in " + listed(agree);
   if (faults.empty()) return text + ", within what noise and budget allow";
+  if (!other.empty() && !agree.empty()) text = other + "; what both show agrees in " + listed(agree);
   std::string against;
   for (const std::string& fault : faults) against += (against.empty() ? "" : "; ") + fault;
   const std::string causes = causes_text(c.causes);

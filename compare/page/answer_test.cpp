@@ -101,6 +101,37 @@ TEST(Answer, SaysWhatIsBeyondALimitThatSingleValuesAreWithin) {
   EXPECT_THAT(answer_sentence(c), HasSubstr("the budget of gray is too wide to tell: 6.0 times the noise"));
 }
 
+// Of cameras that all fail the one furthest beyond its allowance speaks.
+TEST(Answer, OfCoverageTheCameraFurthestOffIsQuoted) {
+  Comparison c;
+  for (const char* camera : {"left", "right"}) {
+    ExplainedRow& row = c.explained.emplace_back(row_of("coverage", kNotExplained));
+    row.region = camera, row.why = std::string(camera) + " has holes";
+    CoverageRow& counts = c.coverage.emplace_back();
+    counts.camera = camera, counts.allowed_thick = 9.0;
+    counts.real_only.thick = c.coverage.size() == 1 ? 10 : 700;
+  }
+  EXPECT_THAT(answer_sentence(c), HasSubstr("coverage differs: right has holes"));
+  c.coverage[0].real_only.thick = 701;
+  EXPECT_THAT(answer_sentence(c), HasSubstr("coverage differs: left has holes"));
+}
+
+TEST(Answer, AnotherSurfaceStandsBeforeWhatAgrees) {
+  Comparison c = gray_differs();
+  for (const std::uint64_t n : {210u, 2485u, 305u}) {
+    OtherSurfaceRow& row = c.other_surfaces.emplace_back();
+    row.camera = n == 305 ? "right" : "left", row.n = n;
+    row.why = "something stands there: " + std::to_string(n) + " pixels";
+  }
+  EXPECT_EQ(
+      answer_sentence(c),
+      "Something stands there: 2485 pixels (camera left) (the largest of 2 such areas); what both show "
+      "agrees in phase and geometry; gray differs by 4.70 DN rms, 2.3 times what noise and budget allow");
+  EXPECT_THAT(next_step(c, {}, kCosim).text, HasSubstr("put what stands there into the twin"));
+  c.explained = {row_of("gray", kNotExplained, 4.7, 5.29)};
+  EXPECT_THAT(answer_sentence(c), HasSubstr("such areas); gray differs by"));
+}
+
 TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {
   const Comparison one = caused_by({"blur"});
   EXPECT_THAT(answer_sentence(one), HasSubstr("budget allow; most likely cause: the blur"));
@@ -110,6 +141,35 @@ TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {
   EXPECT_THAT(answer_sentence(two), HasSubstr("most likely cause: the pose and the response or the blur"));
   EXPECT_EQ(command(next_step(two, {}, kCosim)),
             "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine pose,response");
+}
+
+TEST(Answer, RefinesWhatMovedWhereAllPlacesWouldMoveTogether) {
+  Comparison c = caused_by({"rig + pose + response"});
+  c.causes.rows.resize(2);
+  c.causes.rows[0].group = "rig";
+  c.causes.rows[0].parameters = {{"projector.turn_rad.y", "rad", 0.0, 6e-4, 6e-6},
+                                 {"projector.shift_mm.x", "mm", 0.0, 0.01, 0.006},
+                                 {"right.turn_rad.y", "rad", 0.0, 2e-6, 8e-6}};
+  c.causes.rows[1].group = "pose";
+  c.causes.rows[1].parameters = {{"ball.center_mm.x", "mm", 0.0, 0.2, 0.002},
+                                 {"ball.center_mm.z", "mm", 656.3, 656.31, 0.02},
+                                 {"wall.offset_mm", "mm", 0.0, -0.01, 0.02}};
+  const std::string all = "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine ";
+  EXPECT_EQ(command(next_step(c, {}, kCosim)),
+            all + "projector.turn_rad,projector.shift_mm,ball.center_mm,response");
+  c.causes.rows[1].parameters[2] = {"wall.offset_mm", "mm", 0.0, -0.1, 0.02};
+  EXPECT_EQ(command(next_step(c, {}, kCosim)),
+            all + "projector.turn_rad,projector.shift_mm,ball.center_mm,wall.offset_mm,response");
+  // nothing is asked for twice, and what was just fitted is not recommended again
+  c.refinement.emplace().asked = {"ball.center_mm", "projector.turn_rad"};
+  EXPECT_EQ(command(next_step(c, {}, kCosim)),
+            all + "ball.center_mm,projector.turn_rad,projector.shift_mm,wall.offset_mm,response");
+  c.refinement->asked = {"projector.turn_rad", "projector.shift_mm", "ball.center_mm", "wall.offset_mm",
+                         "response"};
+  EXPECT_EQ(command(next_step(c, {}, kCosim)), "");
+  c.refinement.reset();
+  c.causes.rows.pop_back();  // what of the objects moved is not known
+  EXPECT_EQ(command(next_step(c, {}, kCosim)), all + "rig,pose,response");
 }
 
 TEST(Answer, ARefinementGoesOnWithWhatItFitted) {

@@ -118,21 +118,22 @@ std::string measured_fits_html(const Measurement& m) {
 
 /// Maps what became of the pixels of a camera.
 std::string fates_figure(const MeasuredPage& page, const std::string& camera, const Image<PixelFate>& fates) {
+  const bool code_alone = page.twin.fringes.steps == 0;
   ImageF map(fates.width, fates.height);
   for (std::size_t i = 0; i < fates.size(); ++i) map.data[i] = static_cast<float>(fates.data[i]);
   const report::MapStyle style{.limits = {0.0, static_cast<double>(kFates - 1)},
-                               .title = "0 point, 1 decoded, 2 dark, 3 no order, 4 saturated",
+                               .title = code_alone ? "0 point, 1 decoded, 2 dark, 3 no word, 4 saturated"
+                                                   : "0 point, 1 decoded, 2 dark, 3 no order, 4 saturated",
                                .max_width_px = 520};
   const std::string file = "pixels_" + camera + ".png";
   report::write_map_png(page.dir / file, map, style);
   return report::figure_html(
       "<div class=\"maps\">" + titled_map(report::escape_html(camera), report::map_html(map, style)) +
           "</div>",
-      fmt::format(
-          "{}: what became of each pixel: 0 (violet) carries a point, 1 (blue) is decoded without "
-          "one, 2 (blue-green) shows too little modulation, 3 (green) has no fringe order, 4 (yellow) "
-          "is saturated. Full resolution: {}.",
-          camera, file),
+      fmt::format("{}: what became of each pixel: 0 (violet) carries a point, 1 (blue) is decoded without "
+                  "one, 2 (blue-green) shows too little modulation, 3 (green) has no {}, 4 (yellow) "
+                  "is saturated. Full resolution: {}.",
+                  camera, code_alone ? "certain word of the code" : "fringe order", file),
       "", page.command);
 }
 
@@ -150,7 +151,7 @@ std::string pixels_html(const MeasuredPage& page) {
     for (std::size_t k = first; k < kFates; ++k) {
       const auto fate = static_cast<PixelFate>(k);
       const auto n = std::ranges::count(fates.data, fate);
-      table.add_row({k == first ? camera : "", fate_name(fate, c == 0),
+      table.add_row({k == first ? camera : "", fate_name(fate, c == 0, page.twin.fringes),
                      report::count(static_cast<unsigned long long>(n)),
                      report::fixed(100.0 * static_cast<double>(n) / static_cast<double>(fates.size()), 2)});
       there[k] = there[k] || (n > 0 && k > first);  // the first of a camera's fates is the good one
@@ -161,7 +162,7 @@ std::string pixels_html(const MeasuredPage& page) {
   for (std::size_t k = 0; k < kFates; ++k)
     if (there[k]) {
       const auto fate = static_cast<PixelFate>(k);
-      reasons += "<p>Pixels that " + report::escape_html(fate_name(fate, true)) + ": " +
+      reasons += "<p>Pixels that " + report::escape_html(fate_name(fate, true, page.twin.fringes)) + ": " +
                  report::escape_html(fate_reason(fate, page.twin, page.measurement)) + ".</p>\n";
     }
   return table.html() + reasons + figures;
@@ -176,7 +177,9 @@ ImageF where_finite(const ImageF& image, const ImageF& mask) {
 }
 
 /// Phase, modulation and noise of one direction.
-std::string direction_html(const MeasuredPage& page, const std::string& camera, const DirectionDecode& d) {
+std::string direction_html(const MeasuredPage& page, const measure::CameraDecode& decode,
+                           const DirectionDecode& d) {
+  const std::string& camera = decode.camera;
   const std::string axis = axis_name(d.axis);
   const bool absolute = d.unwrapped && !d.coordinate_px.empty();
   if (d.pitches_px.empty() || d.amplitude_dn.empty() || (!absolute && d.wrapped_rad.empty())) return "";
@@ -195,7 +198,7 @@ std::string direction_html(const MeasuredPage& page, const std::string& camera, 
   add(phase, absolute ? "absolute phase" : "wrapped phase", "rad", "phase",
       report::robust_limits(crop(phase, window), 0.5, 99.5));
   const ImageF& modulation = d.amplitude_dn[finest];
-  add(modulation, "modulation", "DN", "modulation",
+  add(modulation, "modulation", decode.radiance ? "" : "DN", "modulation",
       {0.0, report::robust_limits(crop(modulation, window), 0.5, 99.5).high});
   if (!d.sigma_rad.empty()) {
     const ImageF sigma = where_finite(d.sigma_rad, phase);
@@ -216,7 +219,7 @@ std::string cameras_html(const MeasuredPage& page) {
   for (const measure::CameraDecode& camera : page.measurement.cameras) {
     throw_if_cancelled();
     html += camera_heading(camera.camera);
-    for (const DirectionDecode& d : camera.directions) html += direction_html(page, camera.camera, d);
+    for (const DirectionDecode& d : camera.directions) html += direction_html(page, camera, d);
   }
   return html;
 }

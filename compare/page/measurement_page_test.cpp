@@ -115,5 +115,48 @@ TEST_F(MeasurementPage, EachPixelHasOneFate) {
   EXPECT_THAT(fate_reason(PixelFate::decoded, sides_.twin, m), HasSubstr("234 without a match"));
 }
 
+TEST_F(MeasurementPage, ImagesOfRadianceHaveNoLimitInDn) {
+  measure::Measurement& m = measured();
+  EXPECT_THAT(page(), HasSubstr("modulation [DN]"));
+  for (measure::CameraDecode& camera : m.cameras) camera.radiance = true;
+  const std::string dark = fate_reason(PixelFate::dark, sides_.twin, m);
+  EXPECT_THAT(dark, HasSubstr("0.001 of what the brightest pixels"));
+  EXPECT_THAT(dark, Not(HasSubstr("min_modulation_dn =")));
+  EXPECT_THAT(dark, Not(HasSubstr("expose longer")));
+  EXPECT_THAT(page(), Not(HasSubstr("modulation [DN]"))) << "the modulation's map";
+  m.cameras[1].radiance = false;  // sets of both kinds: both limits
+  EXPECT_THAT(fate_reason(PixelFate::dark, sides_.twin, m),
+              AllOf(HasSubstr("0.001 of what the brightest"), HasSubstr("min_modulation_dn = 5 ")));
+}
+
+TEST_F(MeasurementPage, ASetOfCodeAloneHasWordsAndNoPitches) {
+  measure::Measurement& m = measured();
+  sides_.twin.fringes.steps = 0;
+  sides_.twin.fringes.unwrap = Unwrap::gray;
+  GrayCode& gray = sides_.twin.fringes.directions.at(0).gray.emplace();
+  gray.threshold = GrayCode::Threshold::inverse;
+  m.cameras[0].flags(0, 0) = measure::kLowModulation;
+  m.cameras[0].flags(1, 0) = measure::kOrderInvalid;
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("<p>Pixels that have no certain word of the code: a bit of the code"));
+  EXPECT_THAT(html, HasSubstr("pattern and inverse are not 5 DN apart"));
+  EXPECT_THAT(html, HasSubstr("the modulation of the code (half of white minus black"));
+  EXPECT_THAT(html, Not(HasSubstr("fringe order")));
+  EXPECT_THAT(html, Not(HasSubstr("at some pitch")));
+  gray.threshold = GrayCode::Threshold::white_black;
+  EXPECT_THAT(fate_reason(PixelFate::no_order, sides_.twin, m), HasSubstr("is not 2.5 DN away from it"));
+  for (measure::CameraDecode& camera : m.cameras) camera.radiance = true;
+  EXPECT_THAT(fate_reason(PixelFate::no_order, sides_.twin, m), Not(HasSubstr("DN")));
+}
+
+TEST_F(MeasurementPage, PixelsWithoutAPointAreExplainedByTheRigThatIsThere) {
+  measure::Measurement& m = measured();
+  sides_.twin.measure.triangulate = Triangulate::projector;
+  EXPECT_THAT(fate_reason(PixelFate::decoded, sides_.twin, m), Not(HasSubstr("the other image")));
+  sides_.twin.fringes.unwrap = Unwrap::none;
+  EXPECT_EQ(fate_reason(PixelFate::decoded, sides_.twin, m),
+            "this rig and these fringes cannot be triangulated");
+}
+
 }  // namespace
 }  // namespace fringetwin::compare::measurement_page_test

@@ -17,8 +17,8 @@ inline constexpr std::size_t kFates = 5;
 /// faults has the last of the list.
 Image<PixelFate> pixel_fates(const measure::Measurement& measurement, std::size_t camera);
 
-/// Returns the words of a fate: "decoded, no point".
-std::string fate_name(PixelFate fate, bool first_camera);
+/// Returns the words of a fate, as they follow "pixels that": "are decoded, without a point".
+std::string fate_name(PixelFate fate, bool first_camera, const Fringes& fringes);
 /// Returns why pixels have this fate, and what to do about it; empty where all is well.
 std::string fate_reason(PixelFate fate, const Twin& twin, const measure::Measurement& measurement);
 

@@ -70,6 +70,8 @@ struct Parameter {
   /// Order of the harmonic of the fringes that `effect` is made of, which needs GridSamples::harmonics up to
   /// there; 0: none.
   int harmonic = 0;
+  /// Is fitted where its whole name is asked for, not with its group.
+  bool only_by_name = false;
 
   /// Returns the value, or its standard error, as a user reads it: of a variance the root.
   double shown(double value) const { return is_variance ? std::sqrt(std::max(0.0, value)) : value; }

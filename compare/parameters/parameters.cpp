@@ -275,6 +275,31 @@ class ParameterList : private GroupList {
   const Twin& twin_;
 };
 
+/// Returns r^4 and r^6 of each camera's vignetting. The search for causes goes without, and so does the group
+/// where the twin has none: over images that are lit unevenly they do much of what r^2 does.
+std::vector<Parameter> vignetting_beyond_r2(const Twin& twin) {
+  std::vector<Parameter> all;
+  for (std::size_t c = 0; c < twin.cameras.size(); ++c) {
+    const Vignetting& v = twin.cameras[c].vignetting;
+    if (v.kind == Vignetting::Kind::cos4) continue;
+    for (std::size_t i = 1; i < v.a.size(); ++i) {
+      Parameter& p = all.emplace_back();
+      p.group = "vignetting";
+      p.name = fmt::format("{}.vignetting.a{}", twin.cameras[c].name, i + 1);
+      p.start = v.a[i];
+      p.step = 0.01;
+      p.change = [c, i](Twin& t, double d) {
+        t.cameras[c].vignetting.kind = Vignetting::Kind::polynomial;
+        t.cameras[c].vignetting.a[i] += d;
+      };
+      p.camera = c;
+      p.effect = vignetting_effect(c, p.change);
+      p.only_by_name = v.a[i] == 0.0;
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
@@ -301,7 +326,9 @@ std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::stri
       std::ranges::move(bend_parameters(twin, c), std::back_inserter(all));
     return all;
   }
-  return parameters_of(twin, group, use_steps);
+  std::vector<Parameter> all = parameters_of(twin, group, use_steps);
+  if (group == "vignetting") std::ranges::move(vignetting_beyond_r2(twin), std::back_inserter(all));
+  return all;
 }
 
 Twin with_empty_halo(const Twin& twin) {

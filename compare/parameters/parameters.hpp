@@ -18,7 +18,8 @@ namespace fringetwin::compare {
 std::vector<Parameter> parameters_of(const Twin& twin, const std::string& group,
                                      const std::vector<int>& use_steps = {});
 
-/// Returns the same as `--refine` fits them: it renders motions, of which the search takes the first order.
+/// Returns the same as `--refine` fits them: it renders motions, of which the search takes the first order,
+/// and has r^4 and r^6 of a vignetting besides.
 std::vector<Parameter> refinable_parameters_of(const Twin& twin, const std::string& group,
                                                const std::vector<int>& use_steps = {});
 

@@ -75,8 +75,12 @@ void refuse_what_stands_together(const Twin& twin, const std::vector<std::string
 }  // namespace
 
 bool is_asked_by(const std::string& asked, const Parameter& p) {
+  if (p.name == asked) return true;
+  if (p.only_by_name) return false;
+  // what stands before ".motion" is the name of another parameter: where the object is
+  if (p.group == "motion") return p.group == asked;
   const bool by_itself = std::ranges::find(kByThemselves, p.group) != kByThemselves.end() || !p.change;
-  return p.group == asked || p.name == asked ||
+  return p.group == asked ||
          (p.name.starts_with(asked + ".") && (!by_itself || asked.find('.') != std::string::npos));
 }
 

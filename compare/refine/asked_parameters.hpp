@@ -9,7 +9,7 @@
 namespace fringetwin::compare {
 
 /// Returns whether a word of `--refine` means this parameter: its group, its name, or what stands before a
-/// dot.
+/// dot; a motion's group or name alone.
 bool is_asked_by(const std::string& asked, const Parameter& parameter);
 /// Returns whether this word is among those asked for.
 bool is_asked(const std::vector<std::string>& asked, const char* word);

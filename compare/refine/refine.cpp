@@ -109,6 +109,9 @@ class Refiner {
     return out;
   }
 
+  /// How the twin of run() stands, taken back or not; nothing where what is worse `stays`.
+  const Standing& reached() const { return reached_; }
+
  private:
   /// `of_harmonics`: as many pixels as settle_harmonics() looks at.
   std::vector<GridSamples> collect(const std::vector<std::string>& asked, bool of_harmonics) {
@@ -367,11 +370,12 @@ class Refiner {
       if (moved_things) s.chi2_of_place = of.chi2_with(FreePerPixel::factor_and_offset);
       return s;
     };
-    const Standing before = standing(start), after = standing(fit);
+    const Standing before = standing(start);
+    reached_ = standing(fit);
     out.report.n = before.n;
     out.report.chi2_before = before.chi2;
-    out.report.chi2_after = after.chi2;
-    std::string worse = what_got_worse(before, after);
+    out.report.chi2_after = reached_.chi2;
+    std::string worse = what_got_worse(before, reached_);
     if (worse.empty() && out.twin.projector && out.twin.projector->has_blur_field() &&
         !(out.twin.projector->least_blur_px() > 0.0))
       worse =
@@ -475,27 +479,50 @@ class Refiner {
   std::vector<std::size_t> held_;  ///< parameters that stay at the twin's values, as a note says
   bool keeps_gain_ = false, keeps_black_ = false, hold_gain_ = false;
   Evidence evidence_;
+  Standing reached_;
   Refinement report_;
 };
+
+/// Returns whether a fit by the fringes left them nothing, and the light of regions another: of what fringes
+/// tell poorly, as a projector's place along its columns, light may tell more.
+bool leaves_light_alone(const Standing& s) {
+  return s.shift.n > 0 && s.shift.passes() &&
+         std::ranges::any_of(s.light, [](const CauseRegion& r) { return r.n > 0 && !r.passes(); });
+}
+/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, and with
+/// nothing left of the light. Where something is left, places that fringes tell poorly went where they make
+/// up for light that the twin has not (a texture, a lamp).
+bool is_better_lit(const Standing& by_fringes, const Standing& lit) {
+  return std::ranges::all_of(lit.light, &CauseRegion::passes) && what_got_worse(by_fringes, lit).empty();
+}
 
 }  // namespace
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse, Evidence evidence) {
   FT_CHECK(options.renderer != nullptr, "refinement renders");
-  Refined out = Refiner(twin, real, simulated, options, asked, evidence).run(worse);
+  Standing by_fringes;
+  Refined out = [&] {
+    Refiner refiner(twin, real, simulated, options, asked, evidence);
+    Refined refined = refiner.run(worse);
+    by_fringes = refiner.reached();
+    return refined;
+  }();
   // A place that fringes tell poorly, as a projector's along its columns, may go where the light says no.
-  if (out.report.taken_back && !out.report.own.any() && asks_for_places(twin, asked, options.use_steps)) {
+  if ((out.report.taken_back || leaves_light_alone(by_fringes)) && !out.report.own.any() &&
+      evidence == Evidence::fringes && asks_for_places(twin, asked, options.use_steps)) {
     say("refine: once more, with the light as evidence of where things are");
     try {
-      Refined lit = Refiner(twin, real, simulated, options, asked, Evidence::fringes_and_light).run(worse);
-      if (!lit.report.taken_back) {
+      Refiner by_light(twin, real, simulated, options, asked, Evidence::fringes_and_light);
+      Refined lit = by_light.run(worse);
+      if (!lit.report.taken_back &&
+          (out.report.taken_back || is_better_lit(by_fringes, by_light.reached()))) {
         lit.report.notes.push_back(
             "the light of the images is evidence of where things are: from the fringes alone the fit went "
             "where the light would be another");
         out = std::move(lit);
       }
-    } catch (const UserError&) {  // the light tells less: what the fringes told stays taken back
+    } catch (const UserError&) {  // the light tells less: what the fringes told stays as it is
     }
   }
   if (asks_for_halo(asked) && twin.projector && twin.projector->halo.empty()) drop_empty_halo(out.twin);

@@ -30,10 +30,10 @@ enum class Evidence {
 /// Gain and black level of each camera are fitted besides and kept only where asked for; with "albedo" the
 /// gain is held at the twin's, because the two enter as a product. "texture" gives every pixel a factor of
 /// its own, "offset" an offset, which holds the black level at the twin's; those, and "texture_spread", are
-/// told by apply_texture() after it. Places that would be taken back are fitted once more by fringes and
-/// light, whatever `evidence` says first. `simulated`: the twin as it is,
-/// rendered and measured. Throws UserError(usage) as check_refine(), for parameters that change nothing and
-/// for those that the data cannot tell apart, naming them; Cancelled after Ctrl-C.
+/// told by apply_texture() after it. Places that would be taken back, or that leave
+/// the light of regions alone unexplained, are fitted once more by fringes and light. `simulated`: the twin
+/// as it is, rendered and measured. Throws UserError(usage) as check_refine(), for parameters that change
+/// nothing and for those that the data cannot tell apart, naming them; Cancelled after Ctrl-C.
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
                const std::vector<std::string>& asked, WhatIsWorse worse = WhatIsWorse::taken_back,
                Evidence evidence = Evidence::fringes);

@@ -9,6 +9,7 @@
 #include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refine_start.hpp"
+#include "tests/support/compare/synthetic_sides.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/merge/toml_merge.hpp"
 
@@ -190,6 +191,38 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
 }
 
 // A normal is made one of unit length again by every refinement: its last bit is no value that was refined.
+std::vector<std::string> names_asked_by(const Twin& twin, const std::string& word) {
+  std::vector<std::string> names;
+  for (const Parameter& p : refinable_parameters(twin, {word})) names.push_back(p.name);
+  return names;
+}
+
+// The name of where an object is is the beginning of that of its motion.
+TEST(Refine, AWholeNameAsksForNothingElse) {
+  const Twin twin = ball_at(1.0);
+  EXPECT_THAT(names_asked_by(twin, "ball.center_mm.x"), ::testing::ElementsAre("ball.center_mm.x"));
+  EXPECT_THAT(names_asked_by(twin, "ball.center_mm"), ::testing::SizeIs(3));
+  EXPECT_THAT(names_asked_by(twin, "ball.center_mm.x.motion"),
+              ::testing::ElementsAre("ball.center_mm.x.motion"));
+}
+
+TEST(Refine, VignettingHasTheTermsThatTheTwinStates) {
+  Twin twin = fringetwin::testing::make_sides({}).twin;
+  const std::string camera = twin.cameras[0].name + ".vignetting";
+  const std::vector<std::string> tilt_and_r2{camera + "_tilt.x", camera + "_tilt.y", camera + ".a1"};
+  EXPECT_EQ(names_asked_by(twin, "vignetting"), tilt_and_r2);
+  EXPECT_THAT(names_asked_by(twin, camera + ".a3"), ::testing::ElementsAre(camera + ".a3"));
+  twin.cameras[0].vignetting = {Vignetting::Kind::polynomial, {-0.08, -0.03, 0.0}, {0.0, 0.0}};
+  std::vector<std::string> with_r4 = tilt_and_r2;
+  with_r4.push_back(camera + ".a2");
+  EXPECT_EQ(names_asked_by(twin, "vignetting"), with_r4);
+  EXPECT_EQ(parameters_of(twin, "vignetting").size(), 3u);  // the search for causes
+  const Parameter r4 = refinable_parameters(twin, {camera + ".a2"}).at(0);
+  EXPECT_EQ(r4.start, -0.03);
+  r4.change(twin, 0.01);
+  EXPECT_NEAR(twin.cameras[0].vignetting.a[1], -0.02, 1e-15);  // a sum of two numbers
+}
+
 TEST(Refine, WhatOnlyRoundingMovedIsNotWritten) {
   Twin before = ball_at(5.0);
   Object wall = before.objects[0];

@@ -2,6 +2,7 @@
 // Holds the table of a result that says which pixels were measured on both sides, on one, on none, and why:
 // its rows, and what each number of a row is. The formulas: docs/metrics/verdict.md, "Coverage".
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -40,6 +41,14 @@ struct CoverageRow {
   double covered_fraction() const { return ratio(n_both, n_seen); }
   /// NaN where no side measures anything.
   double one_sided_fraction() const { return ratio(n_one_sided(), n_union()); }
+  /// Returns how many times its allowance the furthest of the three counts is; one that is not judged is 0.
+  double excess() const {
+    const auto over = [](std::uint64_t n, double allowed) {
+      return allowed > 0.0 ? static_cast<double>(n) / allowed : 0.0;
+    };
+    return std::max({over(n_thick(), allowed_thick), over(n_interior(), allowed_interior),
+                     over(n_border(), allowed_border)});
+  }
   static double ratio(std::uint64_t part, std::uint64_t all) {
     return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : kNaN;
   }

@@ -12,6 +12,7 @@
 #include "compare/result/gray_tables.hpp"
 #include "compare/result/held_out_table.hpp"
 #include "compare/result/light_table.hpp"
+#include "compare/result/other_surface_table.hpp"
 #include "compare/result/phase_tables.hpp"
 #include "compare/result/verdict_tables.hpp"
 
@@ -25,7 +26,8 @@ struct Comparison : GeometryTables,
                     CoverageTables,
                     VerdictTables,
                     LightTables,
-                    HeldOutTables {
+                    HeldOutTables,
+                    OtherSurfaceTables {
   bool pass = true;
   std::vector<std::string> warnings;
 };

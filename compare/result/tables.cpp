@@ -136,6 +136,15 @@ std::vector<Table> make_tables() {
   PhaseTables::describe(all);
   BlockTables::describe(all);
   CoverageTables::describe(all);
+  all.add({.key = "other_surfaces",
+           .fields = &fields<OtherSurfaceRow>,
+           .of_comparison =
+               [](const Comparison& c) {
+                 return c.other_surfaces.empty() ? Json(nullptr) : rows_json(c.other_surfaces);
+               },
+           .heading = "Other surfaces",
+           .caption = "Connected areas in which the real images show another surface than the twin.",
+           .rows_of_comparison = [](const Comparison& c) { return row_addresses(c.other_surfaces); }});
   VerdictTables::describe(all);
   return all.take();
 }

@@ -92,18 +92,28 @@ std::string place_text(const CoverageRow& row) {
   return text;
 }
 
+/// Says how many pixels which side alone measures, the larger number first; a side that is within all
+/// allowances by itself is left out beside one that is not.
 std::string areas_text(const CoverageRow& row) {
   std::string text;
+  const auto is_fault = [&row](const OneSided& pixels) {
+    return static_cast<double>(pixels.thick) > row.allowed_thick ||
+           static_cast<double>(pixels.interior) > row.allowed_interior;
+  };
+  const bool one_is_enough = is_fault(row.real_only) || is_fault(row.simulated_only);
   const auto add = [&](const OneSided& pixels, const char* side, const char* lacking) {
-    if (pixels.interior == 0) return;
+    if (pixels.interior == 0 || (one_is_enough && !is_fault(pixels))) return;
     text += fmt::format(
         "{}{} pixels ({:.1f} %) are measured on the {} side only, {} of them away from "
         "outlines, {} in areas wider than 4 px: {}",
         text.empty() ? "" : "; ", pixels.n, 100.0 * CoverageRow::ratio(pixels.n, row.n_union()), side,
         pixels.interior, pixels.thick, reason(pixels, lacking));
   };
-  add(row.real_only, "real", "simulated");
+  const bool real_is_worse = std::pair(row.real_only.thick, row.real_only.interior) >=
+                             std::pair(row.simulated_only.thick, row.simulated_only.interior);
+  if (real_is_worse) add(row.real_only, "real", "simulated");
   add(row.simulated_only, "simulated", "real");
+  if (!real_is_worse) add(row.real_only, "real", "simulated");
   return text + (row.n_thick() == 0 ? "; they are scattered, as noise or weak fringes make them" : "") +
          place_text(row);
 }
@@ -357,7 +367,9 @@ std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<C
       verdict.n = row.n_union();
       verdict.state = kExplained;
     }
-    if (!row.explained) out.back().worsen(kNotExplained, row.why);
+    if (!row.explained)
+      out.back().worsen(kNotExplained,
+                        row.object.empty() ? row.why : fmt::format("of \"{}\" {}", row.object, row.why));
   }
   const auto any = [&](auto is_one) { return std::ranges::any_of(rows, is_one); };
   if (!any([](const CoverageRow& row) { return !row.object.empty(); })) return out;  // no points, no objects

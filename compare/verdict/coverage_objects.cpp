@@ -5,9 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <vector>
-
-#include "measure/fit/object_fits.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -15,7 +12,7 @@ namespace {
 constexpr int kEvery = 4;              ///< px: of the pixels measured on both sides every fourth is looked at
 constexpr double kUsualGate_mm = 2.0;  ///< of a twin without a fit: what a fit would have
 
-double gate_mm(const Twin& twin, const std::string& object) {
+double gate_of(const Twin& twin, const std::string& object) {
   double widest = 0.0;
   for (const FitRequest& fit : twin.measure.fits) {
     if (fit.object == object) return fit.gate_mm;
@@ -30,23 +27,14 @@ bool has_surface(const Object& object) {
   return mesh ? mesh->mesh != nullptr : !std::holds_alternative<MeasuredShape>(object.shape);
 }
 
-int nearest_object(const std::vector<measure::SurfaceGate>& surfaces, const Eigen::Vector3d& p_world_mm) {
-  int nearest = kNoObject;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < surfaces.size(); ++i)
-    if (const double d = surfaces[i].distance_mm(p_world_mm); d < least)
-      least = d, nearest = static_cast<int>(i);
-  return nearest;
-}
-
 /// Returns the label of a pixel by its own point; kUnknownObject where it has none, or none is asked for.
-int own_label(const std::vector<measure::SurfaceGate>& surfaces, const PixelPoints& real,
-              const PixelPoints& simulated, int x, int y) {
+int own_label(const NearestObject& nearest, const PixelPoints& real, const PixelPoints& simulated, int x,
+              int y) {
   const bool on_real = real.measured(x, y) != 0, on_simulated = simulated.measured(x, y) != 0;
   if (on_real && on_simulated && (x % kEvery != 0 || y % kEvery != 0)) return kUnknownObject;
   const PixelPoints& side = on_simulated ? simulated : real;
   if ((!on_real && !on_simulated) || side.index(x, y) < 0) return kUnknownObject;
-  const int label = nearest_object(surfaces, side.cloud.p_world_mm[side.index(x, y)]);
+  const int label = nearest(side.cloud.p_world_mm[side.index(x, y)]);
   // the simulated side has nothing but the twin's objects: a point off them is a poor one
   return label == kNoObject && on_simulated ? kUnknownObject : label;
 }
@@ -71,6 +59,24 @@ void grow(const ImageU8& area, Image<int>& labels) {
 }
 
 }  // namespace
+
+NearestObject::NearestObject(const Twin& twin) : is_known_(std::ranges::all_of(twin.objects, has_surface)) {
+  if (!is_known_) return;
+  for (const Object& object : twin.objects) {
+    const double gate = gate_of(twin, object.name);
+    surfaces_.emplace_back(object, gate);
+    gate_mm_ = std::max(gate_mm_, gate);
+  }
+}
+
+int NearestObject::operator()(const Eigen::Vector3d& p_world_mm) const {
+  int nearest = kNoObject;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < surfaces_.size(); ++i)
+    if (const double d = surfaces_[i].distance_mm(p_world_mm); d < least)
+      least = d, nearest = static_cast<int>(i);
+  return nearest;
+}
 
 Image<int> points_of_pixels(const Twin& twin, std::size_t camera, const measure::PointCloud& cloud) {
   const Camera& seen_by = twin.cameras[camera];
@@ -97,14 +103,12 @@ Image<int> points_of_pixels(const Twin& twin, std::size_t camera, const measure:
 Image<int> object_labels(const Twin& twin, const PixelPoints& real, const PixelPoints& simulated,
                          const ImageU8& area) {
   Image<int> labels(area.width, area.height, kUnknownObject);
-  const bool known = std::ranges::all_of(twin.objects, has_surface);
-  if (!known || simulated.cloud.size() + real.cloud.size() == 0) return labels;
-  std::vector<measure::SurfaceGate> surfaces;
-  for (const Object& object : twin.objects) surfaces.emplace_back(object, gate_mm(twin, object.name));
+  const NearestObject nearest(twin);
+  if (!nearest.is_known() || simulated.cloud.size() + real.cloud.size() == 0) return labels;
 #pragma omp parallel for schedule(dynamic, 16)
   for (int y = 0; y < area.height; ++y)
     for (int x = 0; x < area.width; ++x)
-      if (area(x, y) != 0) labels(x, y) = own_label(surfaces, real, simulated, x, y);
+      if (area(x, y) != 0) labels(x, y) = own_label(nearest, real, simulated, x, y);
   grow(area, labels);
   return labels;
 }

@@ -153,6 +153,27 @@ TEST(Coverage, AnObjectThatTheTwinInventsIsNamed) {
               ElementsAre(AllOf(HasSubstr("simulated side only"), HasSubstr("on \"wall\""))));
 }
 
+// A side with a few pixels of its own stands behind, or is left out beside, one with an area.
+TEST(Coverage, TheSideThatIsBeyondItsAllowanceIsTheOneThatIsNamed) {
+  SyntheticSides s = scene();
+  plant(s, s.simulated);
+  plant(s, s.real, 0, kFirst + kPatch + 8, kFirst, 6, 6);  // 2 x 2 inside
+  const CoverageRow row = rows_of(s).at(0);
+  ASSERT_EQ(row.real_only.interior, 4u);
+  EXPECT_THAT(row.why, AllOf(HasSubstr("400 pixels"), HasSubstr("on the simulated side only")));
+  EXPECT_THAT(row.why, ::testing::Not(HasSubstr("on the real side only")));
+  EXPECT_DOUBLE_EQ(row.excess(), static_cast<double>(256 + 4) / row.allowed_thick);
+}
+
+TEST(Coverage, AVerdictSaysOfWhichObjectASentenceIs) {
+  CoverageRow camera, ball;
+  camera.camera = ball.camera = "left";
+  camera.why = "one", ball.why = "two", ball.object = "ball";
+  const std::vector<ExplainedRow> verdict = explain_coverage({}, {camera, ball});
+  ASSERT_THAT(verdict, SizeIs(1));
+  EXPECT_EQ(verdict[0].why, "one; of \"ball\" two");
+}
+
 /// Takes away the pixels at the outline of the real side, all or every so many.
 void fray(SyntheticSides& s, int every) {
   const ImageU8 before = s.real.measurement->cameras[0].flags;

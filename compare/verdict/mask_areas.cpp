@@ -69,17 +69,23 @@ ImageU8 either(const ImageU8& a, const ImageU8& b) {
   return out;
 }
 
-std::vector<std::size_t> largest_area(const ImageU8& mask) {
-  std::vector<std::size_t> largest;
+std::vector<std::vector<std::size_t>> all_areas(const ImageU8& mask) {
+  std::vector<std::vector<std::size_t>> areas;
   ImageU8 left = mask;
   for (std::size_t i = 0; i < left.size(); ++i) {
     if (left.data[i] == 0) continue;
     left.data[i] = 0;
     std::vector<std::size_t> area{i};
     for (std::size_t next = 0; next < area.size(); ++next) take_neighbours(left, area[next], area);
-    if (area.size() > largest.size()) largest = std::move(area);
+    areas.push_back(std::move(area));
   }
-  return largest;
+  return areas;
+}
+
+std::vector<std::size_t> largest_area(const ImageU8& mask) {
+  std::vector<std::vector<std::size_t>> areas = all_areas(mask);
+  const auto largest = std::ranges::max_element(areas, {}, [](const auto& area) { return area.size(); });
+  return largest == areas.end() ? std::vector<std::size_t>{} : std::move(*largest);
 }
 
 }  // namespace fringetwin::compare

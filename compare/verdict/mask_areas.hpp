@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Widens, narrows and smooths areas of a mask (0 or 1 per pixel), and finds their edges and the largest of
-// them. Neighbours are the eight around a pixel.
+// Widens, narrows and smooths areas of a mask (0 or 1 per pixel), and finds their edges and their
+// connected areas. Neighbours are the eight around a pixel.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -24,6 +24,8 @@ ImageU8 either(const ImageU8& a, const ImageU8& b);
 /// Returns the mask with 0 where the other one is set.
 ImageU8 without(ImageU8 mask, const ImageU8& other);
 
+/// Returns the indices of the pixels of each connected area of the mask, in the order of their first pixels.
+std::vector<std::vector<std::size_t>> all_areas(const ImageU8& mask);
 /// Returns the indices of the pixels of the mask's largest connected area; empty for an empty mask.
 std::vector<std::size_t> largest_area(const ImageU8& mask);
 

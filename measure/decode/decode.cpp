@@ -19,7 +19,6 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr float kInvalid = std::numeric_limits<float>::quiet_NaN();
-constexpr double kRadianceModulation = 1e-3;  ///< of the 99.9 percentile of the amplitude
 
 double percentile_999(const ImageF& image) {
   std::vector<float> values;
@@ -461,6 +460,7 @@ static CameraDecode decode_as_they_are(const CameraImages& images, const Fringes
   CameraDecode out;
   out.camera = images.camera;
   out.clip = images.clip;
+  out.radiance = images.radiance;
   out.flags = ImageU8(images.images.front().width, images.images.front().height, kValid);
   for (std::size_t d = 0; d < fringes.directions.size(); ++d)
     out.directions.push_back(

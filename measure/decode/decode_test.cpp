@@ -199,6 +199,7 @@ TEST(Decode, RadianceThresholdFollowsTheImages) {
   EXPECT_EQ(d.flags(4, 1), kLowModulation);
   EXPECT_EQ(d.flags(5, 1), kLowModulation);
   EXPECT_EQ(d.flags(6, 1), kValid);
+  EXPECT_TRUE(d.radiance);
   EXPECT_EQ(decode_errors(d.directions[0], scene.column_px).n_wrong, 0u);
 }
 

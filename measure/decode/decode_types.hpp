@@ -24,10 +24,12 @@ enum PixelFlag : unsigned char {
 inline constexpr unsigned kUnseen =
     kSaturated | kLowModulation;  ///< flags of pixels without fringes to measure
 
+/// Radiance images have no DN: this share of the 99.9 percentile of the amplitude is their smallest one.
+inline constexpr double kRadianceModulation = 1e-3;
+
 struct DecodeOptions {
   /// Smallest amplitude (half of bright minus dark) at any pitch; code only: half of white - black (or of
-  /// the largest pattern - inverse). Radiance images have no DN: there 1e-3 of the 99.9 percentile
-  /// of the amplitude takes its place.
+  /// the largest pattern - inverse). Radiance images have kRadianceModulation in its place.
   double min_modulation_dn = 5.0;
   /// Code only: smallest |pattern - inverse| (2 |value - threshold| without pairs) of every bit.
   double min_bit_difference_dn = 5.0;
@@ -83,6 +85,7 @@ struct CameraDecode {
   std::vector<DirectionDecode> directions;
   ImageU8 flags;             ///< PixelFlag, all directions or-ed
   std::optional<Clip> clip;  ///< of the images, where they stop below full scale
+  bool radiance = false;     ///< the images were radiance: amplitudes and means are no DN
   /// What DecodeOptions::light found; nothing where the steps do not tell.
   std::optional<LightFactors> light;
   bool light_taken_out = false;

@@ -158,9 +158,9 @@ class PitchLight {
   }
   void read(std::size_t pixel, Eigen::VectorXd& values) const {
     for (Eigen::Index k = 0; k < values.size(); ++k)
-      values[k] = per_factor_[k] *
-                  (static_cast<double>(pitch_.image[static_cast<std::size_t>(k)]->data[pixel]) -
-                   options_.black_level_dn);
+      values[k] =
+          per_factor_[k] * (static_cast<double>(pitch_.image[static_cast<std::size_t>(k)]->data[pixel]) -
+                            options_.black_level_dn);
   }
 
   void choose(double saturation) {

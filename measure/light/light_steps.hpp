@@ -72,8 +72,8 @@ class LightSteps {
   std::vector<std::complex<double>> turn_;  ///< e^(i d_k)
 };
 
-/// What a pixel's values owe to its own fringe, to the factors and to the waveform, to first order. One object
-/// serves all pixels of a thread: memory asked for at every pixel is most of the time.
+/// What a pixel's values owe to its own fringe, to the factors and to the waveform, to first order. One
+/// object serves all pixels of a thread: memory asked for at every pixel is most of the time.
 struct PixelEquations {
   Eigen::VectorXd residual, signal;  ///< values less the fringe; the fringe
   Eigen::VectorXd by_phase;          ///< of the fringe

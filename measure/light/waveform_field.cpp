@@ -194,8 +194,8 @@ class WaveformFieldFit {
     at.equations.contrasts(at.equations.residual, at.left);
   }
 
-  /// Returns one over the noise of a pixel's values, by their mean level.
-  double per_noise(const Eigen::VectorXd& values) const { return std::sqrt(options_.weight(values.mean())); }
+  /// Returns one over the noise variance of a pixel's values, by their mean level.
+  double weight(const Eigen::VectorXd& values) const { return options_.weight(values.mean()); }
 
   /// Takes the squares beyond which a pixel counts less: of these fringes are most.
   void weigh_by(std::vector<float> squares) {
@@ -210,7 +210,7 @@ class WaveformFieldFit {
       for (std::size_t i = t % kOfMedian; i < tiles_[t].size(); i += kOfMedian) {
         StepFringe fringe;
         look_at(tiles_[t][i], at, fringe);
-        squares.push_back(static_cast<float>((per_noise(at.values) * at.left).squaredNorm()));
+        squares.push_back(static_cast<float>(weight(at.values) * at.left.squaredNorm()));
       }
     weigh_by(std::move(squares));
   }
@@ -224,10 +224,10 @@ class WaveformFieldFit {
     for (std::size_t i = 0; i < tile.size(); ++i) {
       look_at(tile[i], at, fringes[i]);
       at.equations.contrasts(at.equations.harmonics, at.harmonics);
-      const double scale2 = std::pow(per_noise(at.values), 2), squares = scale2 * at.left.squaredNorm(),
+      const double noise = weight(at.values), squares = noise * at.left.squaredNorm(),
                    trust = squares > most_squares_ ? std::sqrt(most_squares_ / squares) : 1.0;  // Huber's
-      out.normal.noalias() += trust * scale2 * at.harmonics.transpose() * at.harmonics;
-      out.right.noalias() += trust * scale2 * at.harmonics.transpose() * at.left;
+      out.normal.noalias() += trust * noise * at.harmonics.transpose() * at.harmonics;
+      out.right.noalias() += trust * noise * at.harmonics.transpose() * at.left;
       out.squares += trust * squares;
       out.freedom += steps_.freedom();
       out.of_pixels.push_back(static_cast<float>(squares));

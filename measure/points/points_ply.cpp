@@ -58,7 +58,9 @@ void write_points_ply(const std::filesystem::path& file, const PointCloud& cloud
   if (first_camera)
     for (const auto& [name, image] : phase_channels(*first_camera)) {
       if (name.starts_with("wrapped_")) continue;
-      const auto value = [&cloud, &channel = image](std::size_t i) { return at_pixel(channel, cloud.q_cam_px[i]); };
+      const auto value = [&cloud, &channel = image](std::size_t i) {
+        return at_pixel(channel, cloud.q_cam_px[i]);
+      };
       ply.add(kScalarField + name, column<float>(all, value));
     }
   ply.write(file, "unit mm, world frame; pixel (0,0) is a pixel centre");

@@ -8,8 +8,11 @@
 #include <fstream>
 
 #include "report/plot/plot.hpp"
+#include "report/text.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
+#include "twin/base/safe_file.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::report {
@@ -70,6 +73,21 @@ void write_drawings(const std::filesystem::path& folder, const std::vector<PageD
   begin_output(folder, drawings_in(folder), Writers::several);
   for (const PageDrawing& drawing : drawings) write_text_file(folder / (drawing.name + ".svg"), drawing.svg);
   say(fmt::format("{} drawings: {}", drawings.size(), folder.string()));
+}
+
+void check_all_drawn(const std::filesystem::path& page) {
+  const std::string html = read_whole_text(page, {.what = "page"});
+  std::string why;
+  std::size_t n = 0;
+  for (std::size_t at = html.find(kUndrawn); at != std::string::npos; at = html.find(kUndrawn, at)) {
+    at += kUndrawn.size();
+    const std::string_view sentence = std::string_view(html).substr(at, html.find(".</p>", at) - at);
+    if (n++ == 0) why = unescape_html(sentence.substr(0, sentence.find('\n')));
+  }
+  if (n > 0)
+    throw UserError(ExitCode::usage, page.string(),
+                    fmt::format("{} of its drawings could not be made ({})", n, why),
+                    "run the command that made the page again for them");
 }
 
 }  // namespace fringetwin::report

@@ -19,4 +19,8 @@ std::vector<PageDrawing> drawings_of_page(std::string_view html);
 /// Writes the drawings as files of a folder, which may exist; drawings (.svg) of an earlier run go first.
 void write_drawings(const std::filesystem::path& folder, const std::vector<PageDrawing>& drawings);
 
+/// Throws UserError(usage) where the page says of plots that gnuplot did not draw them: how many, and why the
+/// first was not.
+void check_all_drawn(const std::filesystem::path& page);
+
 }  // namespace fringetwin::report

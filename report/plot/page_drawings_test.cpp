@@ -9,6 +9,9 @@
 #include <fstream>
 #include <set>
 
+#include "report/plot/plot.hpp"
+#include "twin/base/errors.hpp"
+
 namespace fringetwin::report::page_drawings_test {
 namespace {
 
@@ -53,6 +56,29 @@ TEST(PageDrawings, FilesOfAnEarlierRunGoAndThoseOfOthersStay) {
   EXPECT_EQ(names, (std::set<std::string>{"c.svg", "notes.txt", "setup.svg"}));
   EXPECT_EQ(std::filesystem::file_size(folder / "c.svg"), ours.size());
   std::filesystem::remove_all(folder);
+}
+
+TEST(PageDrawings, ThoseThatWereNotMadeAreCountedWithTheReasonOfTheFirst) {
+  const std::filesystem::path page =
+      std::filesystem::temp_directory_path() / ("fringetwin_undrawn_" + std::to_string(::getpid()) + ".html");
+  const auto complaint = [&](const std::string& html) -> std::string {
+    std::ofstream(page) << "<html>" << html << drawing("a-") << "</html>";
+    try {
+      check_all_drawn(page);
+    } catch (const UserError& error) {
+      EXPECT_EQ(error.code(), ExitCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(complaint(""), "");
+  EXPECT_EQ(complaint("<p class=\"missing\">Plot left out: plot: there are no data to draw.</p>"), "");
+  const std::string undrawn(kUndrawn);
+  EXPECT_EQ(complaint(undrawn + "gnuplot: &quot;a &amp;lt;b&quot; &lt;\nx.</p>" + undrawn + "other.</p>"),
+            page.string() +
+                ": 2 of its drawings could not be made (gnuplot: \"a &lt;b\" <); run the "
+                "command that made the page again for them");
+  std::filesystem::remove(page);
 }
 
 }  // namespace

@@ -278,7 +278,9 @@ std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawi
     try {
       out[i] = drawing_svg(drawings[i], fmt::format("{}{}-", id_prefix, i));
     } catch (const UserError& error) {
-      out[i] = "<p class=\"missing\">Plot left out: " + escape_html(error.what()) + ".</p>";
+      const bool no_data = error.code() == ExitCode::input;
+      out[i] = (no_data ? "<p class=\"missing\">Plot left out: " : std::string(kUndrawn)) +
+               escape_html(error.what()) + ".</p>";
     }
   });
   return out;

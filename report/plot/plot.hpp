@@ -3,6 +3,7 @@
 // files), <svg> elements come out. It also makes histograms as series.
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "report/plot/plot_series.hpp"
@@ -29,9 +30,12 @@ Drawing drawing(const Plot& plot);
 std::string drawing_svg(const Drawing& drawing, const std::string& id);
 std::string plot_svg(const Plot& plot, const std::string& id);
 
+/// What the sentence begins with that stands on a page for a plot that gnuplot did not draw.
+inline constexpr std::string_view kUndrawn = "<p class=\"missing undrawn\">Plot left out: ";
+
 /// Does the same for several plots at once (gnuplot started once per plot, on all cores); a plot that
-/// cannot be drawn becomes a sentence that says so, so that the rest of the report is still written. Throws
-/// Cancelled.
+/// cannot be drawn becomes a sentence that says so (with kUndrawn where there are data), so that the rest of
+/// the report is still written. Throws Cancelled.
 std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawings,
                                                const std::string& id_prefix);
 std::vector<std::string> plots_or_sentences(const std::vector<Plot>& plots, const std::string& id_prefix);

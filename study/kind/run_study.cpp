@@ -107,8 +107,6 @@ void write_report(const StudyRun& run, const StudyReport& report) {
     std::vector<report::PageDrawing> drawings;
     for (const auto& [name, svg] : report.figures) drawings.push_back({name, svg});
     report::write_drawings(run.out / "figures", drawings);
-    if (report.left_out > 0)
-      warn(fmt::format("{} drawings could not be made; the page says why", report.left_out));
   }
   write_text_file(run.out / "report.html", report.html);
   say("page: " + (run.out / "report.html").string());

@@ -47,10 +47,7 @@ StudyReport FigureSheet::finish(const std::string& html) const {
   StudyReport out;
   std::set<std::string> taken;
   for (std::size_t i = 0; i < svgs.size(); ++i) {
-    if (!svgs[i].starts_with("<svg")) {
-      ++out.left_out;
-      continue;
-    }
+    if (!svgs[i].starts_with("<svg")) continue;  // the page says why
     std::string name = file_name(names_[i]);
     if (!taken.insert(name).second) taken.insert(name += fmt::format("-{}", i));
     out.figures.emplace_back(name, report::standalone_svg(svgs[i]));

@@ -15,7 +15,6 @@ namespace fringetwin::study {
 struct StudyReport {
   std::string html;
   std::vector<std::pair<std::string, std::string>> figures;  ///< name of a file without ending, its SVG
-  std::size_t left_out = 0;  ///< drawings that could not be made; the page says why
 };
 
 class FigureSheet {

@@ -17,11 +17,33 @@
 namespace fringetwin::testing::calibrate_rendered_test {
 namespace {
 
-TEST(CalibrateRendered, FewBoards) {
-  FT_NEED_DEVICE();
+RenderedBoards few_boards() {
   RenderedBoards scene;
   scene.reduction = 4;
   scene.n_boards = 4;
+  return scene;
+}
+
+TEST(CalibrateRendered, FewBoards) {
+  FT_NEED_DEVICE();
+  expect_the_rig_is_found(few_boards(), {0.08, 0.12});
+}
+
+// The board of 11 x 8 squares is read from its one end whichever way up the camera is.
+TEST(CalibrateRendered, ACameraUpsideDown) {
+  FT_NEED_DEVICE();
+  RenderedBoards scene = few_boards();
+  scene.right_upside_down = true;
+  expect_the_rig_is_found(scene, {0.08, 0.12});
+}
+
+// One of 11 x 9 looks the same from both ends: the fringes tell them apart.
+TEST(CalibrateRendered, ACameraUpsideDownAndABoardThatLooksTheSame) {
+  FT_NEED_DEVICE();
+  RenderedBoards scene = few_boards();
+  scene.n_boards = 6;  // a board of that size leaves the right image in one of them
+  scene.board = {10, 8, 10.0};
+  scene.right_upside_down = true;
   expect_the_rig_is_found(scene, {0.08, 0.12});
 }
 

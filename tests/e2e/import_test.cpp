@@ -81,6 +81,30 @@ TEST_F(Import, ARigOfTwoCamerasAndAProjector) {
   }
 }
 
+// OpenCV's sample writes a file per camera, all with the same names.
+TEST_F(Import, OneFilePerCamera) {
+  std::string other = kCalibration;
+  other.replace(other.find("600."), 4, "700.");
+  other.insert(other.find("M1:"), "image_width: 48\nimage_height: 64\n");
+  write_file(dir_ / "other.yml", other);
+  const std::string file = (dir_ / "other.yml").string();
+  const RunResult refused = import({file, "--camera", "left=M1,D1@64x48"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err,
+              HasSubstr("rig.yml, " + file + ": each of them has a matrix 'M1'; say which is meant"));
+  EXPECT_FALSE(fs::exists(dir_ / "out"));
+  const RunResult run = import({file, "--camera", "left=rig.yml:M1,none@64x48", "--camera",
+                                "right=other.yml:M1,other.yml:D1,rig.yml:R,rig.yml:T@64x48"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("right: " + file +
+                                 " says that the images are 48x64 (image_width, "
+                                 "image_height), not 64x48"));
+  const Twin twin = load_twin(dir_ / "out" / "twin.toml");
+  EXPECT_EQ(twin.cameras.at(0).lens.model(), "LENSMODEL_PINHOLE");
+  EXPECT_EQ(twin.cameras.at(0).lens.intrinsics().at(0), 600.0);
+  EXPECT_EQ(twin.cameras.at(1).lens.intrinsics().at(0), 700.0);
+}
+
 // The identity would put both devices into one place, without a word.
 TEST_F(Import, OnlyTheFirstCameraMayLeaveOutItsPlace) {
   expect_nothing_written({"--camera", "left=M1,D1@64x48", "--camera", "right=M1,D1@64x48"},

@@ -17,6 +17,8 @@
 #include <sstream>
 
 #include "tests/support/program/small_twin.hpp"
+#include "twin/file/cameramodel.hpp"
+#include "twin/lens/lens.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::testing::new_test {
@@ -29,6 +31,25 @@ fs::path folder(const std::string& name) {
   const fs::path dir = fs::temp_directory_path() / ("fringetwin_new_" + name);
   fs::remove_all(dir);
   return dir;
+}
+
+/// Runs the commands that `new` has printed, and returns how many went well.
+int run_printed(const RunResult& made) {
+  std::istringstream lines(made.out);
+  int commands = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word != "fringetwin") continue;
+    std::vector<std::string> arguments;
+    while (words >> word) arguments.push_back(word);
+    if (arguments.front() == "measure") arguments.emplace_back("--method-bias");
+    const RunResult run = run_fringetwin(arguments);
+    EXPECT_EQ(run.exit_code, 0) << line << run.err;
+    commands += run.exit_code == 0 ? 1 : 0;
+  }
+  return commands;
 }
 
 TEST(New, TheRigIsAsAskedFor) {
@@ -79,21 +100,7 @@ TEST(New, ThePrintedCommandsMeasureTheBall) {
   const fs::path dir = folder("small");
   const RunResult made = run_fringetwin({"new", "--out", dir.string(), "--camera", "320x256"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  std::istringstream lines(made.out);
-  int commands = 0;
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    std::string word;
-    words >> word;
-    if (word != "fringetwin") continue;
-    std::vector<std::string> arguments;
-    while (words >> word) arguments.push_back(word);
-    if (arguments.front() == "measure") arguments.emplace_back("--method-bias");
-    const RunResult run = run_fringetwin(arguments);
-    ASSERT_EQ(run.exit_code, 0) << line << run.err;
-    ++commands;
-  }
-  EXPECT_EQ(commands, 2);
+  EXPECT_EQ(run_printed(made), 2);
   std::ifstream in(dir / "measured" / "result.json");
   const nlohmann::json fit = nlohmann::json::parse(in).at("fits").at(0);
   const Twin twin = load_twin(dir / "twin.toml");
@@ -102,6 +109,90 @@ TEST(New, ThePrintedCommandsMeasureTheBall) {
                bias = fit.at("method_bias").at("radius_mm").get<double>(),
                sigma = fit.at("measured").at("radius_sigma_mm").get<double>();
   EXPECT_NEAR(found - bias, radius, 4.0 * sigma) << fit.dump(1);
+}
+
+/// Writes a device of a twin as a calibration would, in metres.
+std::string written_model(const fs::path& file, const Lens& lens, const Pose& T_device_world) {
+  CameraModelFile model;
+  model.lensmodel = lens.model();
+  model.intrinsics = lens.intrinsics();
+  const RotTrans rt = rt_from_pose(T_device_world);
+  for (std::size_t i = 0; i < 6; ++i)
+    model.rt_cam_ref[i] = rt[static_cast<Eigen::Index>(i)] * (i < 3 ? 1.0 : 1e-3);
+  model.imagersize = {lens.width(), lens.height()};
+  fs::create_directories(file.parent_path());
+  write_cameramodel(file, model);
+  return file.string();
+}
+
+// The axes of the devices meet at 300 mm, where the ball begins; the models stay where they are.
+TEST(New, OfACalibrationItHasItsDevices) {
+  const fs::path dir = folder("calibrated"), models = dir / "models \"1\"", rig = dir / "rig";
+  ASSERT_EQ(run_fringetwin({"new", "--out", (dir / "drawn").string(), "--camera", "320x256", "--cameras", "2",
+                            "--distance", "300", "--baseline", "120", "--projector", "1920x1080"})
+                .exit_code,
+            0);
+  const Twin drawn = load_twin(dir / "drawn" / "twin.toml");
+  const std::string left = written_model(models / "left.cameramodel", drawn.cameras[0].lens, Pose{}),
+                    right = written_model(models / "right.cameramodel", drawn.cameras[1].lens,
+                                          drawn.cameras[1].T_cam_world),
+                    projector = written_model(models / "beamer.cameramodel", drawn.projector->lens,
+                                              drawn.projector->T_proj_world);
+  const RunResult made =
+      run_fringetwin({"new", "--from", left, right, "--from-projector", projector, "--out", rig.string()});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Twin twin = load_twin(rig / "twin.toml");
+  ASSERT_EQ(twin.cameras.size(), 2u);
+  EXPECT_EQ(twin.cameras[1].name, "right");
+  EXPECT_EQ(twin.cameras[1].lens.intrinsics(), drawn.cameras[1].lens.intrinsics());
+  EXPECT_LT((twin.cameras[1].T_cam_world.translation_mm - drawn.cameras[1].T_cam_world.translation_mm).norm(),
+            1e-9);
+  EXPECT_LT(
+      (twin.projector->T_proj_world.translation_mm - drawn.projector->T_proj_world.translation_mm).norm(),
+      1e-9);
+  EXPECT_EQ(twin.fringes.directions[0].pitches_px, drawn.fringes.directions[0].pitches_px);
+  const auto ball = [](const Twin& of) { return std::get<SphereShape>(of.objects.at(0).shape); };
+  EXPECT_LT((ball(twin).center_mm - ball(drawn).center_mm).norm(), 0.02) << "written to 0.01 mm";
+  EXPECT_NEAR(ball(twin).radius_mm, ball(drawn).radius_mm, 0.1);
+  EXPECT_EQ(run_printed(made), 2);
+
+  const RunResult nearer =
+      run_fringetwin({"new", "--from", right, "--distance", "200", "--out", (dir / "nearer").string()});
+  ASSERT_EQ(nearer.exit_code, 0) << nearer.err;
+  EXPECT_THAT(nearer.out, HasSubstr("--captures CAPTURES")) << "nothing is rendered without a projector";
+  const Twin seen = load_twin(dir / "nearer" / "twin.toml");
+  EXPECT_FALSE(seen.projector);
+  const Eigen::Vector3d in_camera = seen.cameras[0].T_cam_world * ball(seen).center_mm;
+  EXPECT_LT((in_camera - Eigen::Vector3d(0, 0, 200 + ball(seen).radius_mm)).norm(), 0.02);
+}
+
+TEST(New, NamesModelsFromARelativeFolder) {
+  const fs::path dir = folder("relative_models"), here = fs::current_path();
+  const std::string left = written_model(
+      dir / "left.cameramodel", Lens("LENSMODEL_PINHOLE", {300, 300, 80, 60}, {160, 120}, "lens"), {});
+  fs::current_path(dir);
+  const RunResult run = run_fringetwin({"new", "--from", "left.cameramodel", "--out", "rig"});
+  fs::current_path(here);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(load_twin(dir / "rig" / "twin.toml").cameras.at(0).lens.width(), 160);
+}
+
+TEST(New, OfWhatIsNoModelItSaysWhatToDo) {
+  const fs::path dir = folder("no_models");
+  const std::string left = written_model(
+      dir / "left.cameramodel", Lens("LENSMODEL_PINHOLE", {300, 300, 80, 60}, {160, 120}, "lens"), {});
+  const auto made_from = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"new", "--out", (dir / "rig").string(), "--from"});
+    return run_fringetwin(arguments);
+  };
+  expect_refused(made_from({(dir / "calib.yml").string()}), 2,
+                 {"calib.yml: is no .cameramodel", "fringetwin import"});
+  expect_refused(made_from({left, "--from-projector", "p.xml"}), 2,
+                 {"--from-projector p.xml: is no .camera"});
+  expect_refused(made_from({(dir / "none.cameramodel").string()}), 3, {"none.cameramodel"});
+  expect_refused(made_from({left, "--camera", "5MP"}), 2, {"--camera"});
+  expect_refused(made_from({left, left}), 2, {"left.cameramodel: another device is named \"left\", too"});
+  EXPECT_FALSE(fs::exists(dir / "rig"));
 }
 
 }  // namespace

@@ -299,6 +299,80 @@ TEST(Export, WritesTheDrawingsOfAPage) {
       {"a page has no tables", "--figures"});
 }
 
+TEST(Export, NamesTheToolThatDidNotDrawThePage) {
+  const auto dir = scratch_folder("export_undrawn");
+  write_file(dir / "result.json", R"({"schema": "fringetwin-result/1", "fits": [{"object": "ball"}]})");
+  const std::string drawing = "<svg role=\"img\"><g id=\"gray-left0-gnuplot_canvas\"></g></svg>",
+                    undrawn = "<p class=\"missing undrawn\">Plot left out: gnuplot: is not there.</p>";
+  const auto exported = [&] {
+    return run_fringetwin({"export", dir.string(), "--figures", "--out", (dir / "out").string()});
+  };
+  write_file(dir / "report.html", "<html>" + undrawn + undrawn + "</html>");
+  expect_refused(exported(), 2, {"2 of its drawings could not be made (gnuplot: is not there)"});
+  EXPECT_FALSE(fs::exists(dir / "out"));
+  write_file(dir / "report.html", "<html>" + undrawn + drawing + "</html>");
+  expect_refused(exported(), 2, {"1 of its drawings could not be made"});
+  EXPECT_TRUE(fs::exists(dir / "out" / "gray-left0.svg")) << "what is there is written";
+}
+
+TEST(Index, ListsTheRunsBelowAFolder) {
+  const auto dir = scratch_folder("index");
+  const auto index = [&](const fs::path& of) { return run_fringetwin({"index", of.string()}); };
+  const fs::path page = dir / "index.html";
+  expect_refused(index(dir / "none"), 3, {"none: is no folder"});
+  expect_refused(index(dir), 3, {"no run is here or below"});
+  EXPECT_FALSE(fs::exists(page));
+
+  const std::string script = "<script>alert(1)<";
+  for (const std::string& name : {std::string("plain"), script})
+    write_file(dir / name / "result.json",
+               R"({"schema": "fringetwin-result/1", "twin": "<script>", "phase": [{"rms_rad": 0.25}]})");
+  write_file(dir / "broken" / "result.json", "{");
+  const RunResult run = index(dir);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, page.string() + "\n");
+  EXPECT_THAT(run.err, HasSubstr("3 runs listed"));
+  const std::string html = read_file(page);
+  EXPECT_THAT(html, HasSubstr("0.25000"));
+  EXPECT_THAT(html, HasSubstr("broken/result.json"));
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+
+  fs::remove_all(dir / "plain");
+  EXPECT_EQ(index(dir).exit_code, 0) << "its own page is written anew";
+  EXPECT_THAT(read_file(page), Not(HasSubstr("plain")));
+  fs::remove_all(dir / "broken");
+  fs::remove_all(dir / script);
+  EXPECT_EQ(index(dir).exit_code, 0) << "and lists none where the runs are gone";
+  EXPECT_THAT(read_file(page), HasSubstr("No run is here."));
+  write_file(page, "<html>mine</html>");
+  expect_refused(index(dir), 2, {"index.html: was not written by this command", "move it away"});
+  EXPECT_EQ(read_file(page), "<html>mine</html>");
+}
+
+// Everything else is written, and a command that fails anyway keeps its exit code.
+TEST(Figures, WithoutGnuplotTheRunSaysSoAndDoesNotEndWell) {
+  FT_NEED_DEVICE();
+  const auto dir = scratch_folder("figures_without_gnuplot");
+  const std::string twin = written_twin(dir, small_twin({}, results_with_radius(21.0)));
+  fs::create_symlink("/usr/bin/timeout", dir / "timeout");  // which run_fringetwin() runs the program by
+  const std::vector<std::string> no_gnuplot = {"PATH=" + dir.string()};
+  ASSERT_EQ(run_fringetwin({"render", twin, "--out", (dir / "set").string()}).exit_code, 0);
+  const std::vector<std::string> measure = {
+      "measure", twin, "--captures", (dir / "set").string(), "--out", (dir / "measured").string()};
+  EXPECT_EQ(run_fringetwin(measure, no_gnuplot).exit_code, 0) << "no files of plots are asked for";
+  std::vector<std::string> with_figures = measure;
+  with_figures.emplace_back("--figures");
+  const RunResult run = run_fringetwin(with_figures, no_gnuplot);
+  expect_refused(run, 2, {"drawings could not be made (gnuplot: ", "gnuplot-nox"});
+  EXPECT_TRUE(fs::exists(dir / "measured" / "result.json"));
+  EXPECT_TRUE(fs::exists(dir / "measured" / "points.ply"));
+  const RunResult cosim =
+      run_fringetwin({"cosim", twin, "--figures", "--out", (dir / "cosim").string()}, no_gnuplot);
+  EXPECT_EQ(cosim.exit_code, 1) << "limits are not met: " << cosim.err;
+  EXPECT_THAT(cosim.err, HasSubstr("warning: " + (dir / "cosim" / "report.html").string()));
+  EXPECT_TRUE(fs::exists(dir / "cosim" / "result.json"));
+}
+
 // The program that shows pages is one of ours here: it writes down what it was given.
 TEST(Open, ShowsThePageOfARun) {
   const auto dir = scratch_folder("open");

@@ -166,6 +166,27 @@ def browser_faults(site):
             browser.close()
 
 
+def build_faults(command, seconds):
+    """Builds the site; returns what is wrong with that."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
+    except subprocess.TimeoutExpired:
+        return [f"the site was not built within {seconds} s"]
+    return [done.stdout + done.stderr] if done.returncode else []
+
+
+def seen_by_browser(look, site):
+    """The faults that a browser sees, or one that says that it does not answer."""
+    try:
+        return list(look(site))
+    except OSError as error:  # a timeout, or no connection
+        return [f"the browser does not answer ({error})"]
+
+
+def silent_browser(_site):
+    raise TimeoutError("timed out")
+
+
 def self_test():
     sources = {"README.md": "# One\n[two](docs/PHYSICS.md#part)\n", "docs/PHYSICS.md": "# Two\n## Part\n- one\n"}
     index = {"docs": [{"location": "index.html", "title": "One", "text": "two"},
@@ -182,7 +203,7 @@ def self_test():
                "a page that the list lacks": {"index.html": start.replace("docs/PHYSICS.html#part", "") + '<a href="docs/PHYSICS.html">'},
                "a heading that is not found": {"search/search_index.js": good["search/search_index.js"].replace("Part", "")},
                "a page that is missing": {"docs/PHYSICS.html": None}}
-    wrong = []
+    wrong = [f"a timeout is {found}" for found in (build_faults(["sleep", "60"], 1), seen_by_browser(silent_browser, None)) if len(found) != 1]
     for name, change in {"nothing": {}, **planted}.items():
         with tempfile.TemporaryDirectory() as scratch:
             for root, files in (("source", sources), ("site", good | change)):
@@ -210,10 +231,9 @@ def main():
         sys.exit(77)
     else:
         site, source = chosen.out.resolve(), chosen.source.resolve()
-        done = subprocess.run([source / "scripts/site.sh", site], capture_output=True, text=True, timeout=120, check=False)
-        found = [done.stdout + done.stderr] if done.returncode else faults(site, source)
+        found = build_faults([source / "scripts/site.sh", site], 120) or faults(site, source)
         if not found and shutil.which("chromedriver"):
-            found = list(browser_faults(site))
+            found = seen_by_browser(browser_faults, site)
     print("\n".join(found) or "the site is whole")
     sys.exit(1 if found else 0)
 

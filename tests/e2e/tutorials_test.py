@@ -27,7 +27,9 @@ import os
 import pathlib
 import re
 import resource
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -127,11 +129,26 @@ def unlike(shown, printed):
 def script_of(blocks, folder):
     lines = ["set -e -o pipefail"]
     for k, block in enumerate(blocks):
-        lines += ["{", *block.lines, "} >" + str(folder / f"{k}.txt") + " 2>&1", f"echo '{MARK.format(k)}' >&3"]
+        lines += ["{", *block.lines, "} >" + shlex.quote(str(folder / f"{k}.txt")) + " 2>&1", f"echo '{MARK.format(k)}' >&3"]
     return "\n".join(lines) + "\n"
 
 
-def check(text, out, program=None):
+def run_page(out, work, path, seconds):
+    """Runs the shell of a page; returns what is wrong with it as a whole. What it has started ends with it."""
+    with open(out / "ended", "w", encoding="utf-8") as ended:
+        shell = subprocess.Popen(["stdbuf", "-oL", "bash", "-c", f"exec 3>&{ended.fileno()}; . {shlex.quote(str(out / 'page.sh'))}"], cwd=work,
+                                 pass_fds=(ended.fileno(),), stdin=subprocess.DEVNULL, start_new_session=True,
+                                 env=os.environ | {"PATH": f"{path}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"})
+        try:
+            shell.wait(seconds)
+        except subprocess.TimeoutExpired:
+            os.killpg(shell.pid, signal.SIGKILL)
+            shell.wait()
+            return [f"the page did not end within {seconds} s"]
+    return []
+
+
+def check(text, out, program=None, seconds=280):
     """What is wrong with a page, and what its blocks have printed."""
     blocks, faults = blocks_of(text)
     if not blocks:
@@ -143,10 +160,8 @@ def check(text, out, program=None):
     if program:
         (path / "fringetwin").symlink_to(program)
     (out / "page.sh").write_text(script_of(blocks, printed), encoding="utf-8")
-    with open(out / "ended", "w", encoding="utf-8") as ended:
-        subprocess.run(["stdbuf", "-oL", "bash", "-c", f"exec 3>&{ended.fileno()}; . {out}/page.sh"], cwd=work, pass_fds=(ended.fileno(),),
-                       env=os.environ | {"PATH": f"{path}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}, timeout=280, check=False,
-                       stdin=subprocess.DEVNULL)
+    if late := run_page(out, work, path, seconds):
+        return faults + late
     done = (out / "ended").read_text(encoding="utf-8").split("\n")
     for k, block in enumerate(blocks):
         file = printed / f"{k}.txt"
@@ -183,8 +198,10 @@ def self_test():
                "a command without a mark": page + "```\nfringetwin info\n```\n",
                "output of nothing": page + "```text\nno\n```\n", "nothing to run": "# Page\n"}
     with tempfile.TemporaryDirectory() as scratch:
-        out = pathlib.Path(scratch) / "out"
-        return ([f"refused: {name}: {found}" for name, text in right.items() if (found := check(text, out))] +
+        out = pathlib.Path(scratch) / "it's $out"
+        late = check(instead("name=ball", "sleep 60"), out, seconds=2)
+        return ([f"a page that does not end: {late}" for _ in range(late != ["the page did not end within 2 s"])] +
+                [f"refused: {name}: {found}" for name, text in right.items() if (found := check(text, out))] +
                 [f"not seen: {name}" for name, text in planted.items() if not check(text, out)])
 
 
@@ -200,8 +217,10 @@ def main():
         found = self_test()
     else:
         program = chosen.program.resolve()
-        info = subprocess.run([program, "info"], capture_output=True, text=True, check=True).stdout
-        if re.search(r"Vulkan device +none", info) and not os.environ.get("FRINGETWIN_REQUIRE_DEVICE"):
+        info = subprocess.run([program, "info"], capture_output=True, text=True, check=False)
+        if info.returncode:
+            sys.exit(f"fringetwin info ends with exit code {info.returncode}: {info.stderr}")
+        if re.search(r"Vulkan device +none", info.stdout) and not os.environ.get("FRINGETWIN_REQUIRE_DEVICE"):
             print("skipped: the program finds no Vulkan device")
             sys.exit(77)
         text = (chosen.source / "docs/tutorials" / f"{chosen.name}.md").read_text(encoding="utf-8")

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is installed works wherever it lies, names no place of the build, and the packages say what they need.
 
-install_test.py CHECK --build build --source .
+install_test.py CHECK --build build --source . --packages build/tests/package/made
+  made      the Debian packages are made, for the two checks below and root_test.py: cpack takes long, and runs once
   install   cmake --install into a scratch folder, which is then moved: the program finds modules and data sets there, compares
             an installed example, and is all of it in the list that an uninstaller goes by
   package   the Debian packages, unpacked: fields, dependencies (against what the loader resolves here), files, each in one
@@ -23,11 +24,10 @@ import pathlib
 import re
 import shutil
 import stat
-import subprocess
 import sys
 import tempfile
 
-from made_packages import Fault, TWIN, expect, field, make_packages, names_in, project_version, run
+from made_packages import Fault, TWIN, expect, field, make_packages, names_in, packages_in, project_version, run
 
 
 def bare():
@@ -151,13 +151,19 @@ def check_python_package(package, prefix, program, version):
     python = re.search(r"\d+\.(\d+)", run(["/usr/bin/python3", "--version"]))
     bounds = {f"fringetwin (= {version})", f"python3 (>= {python[0]})", f"python3 (<< 3.{int(python[1]) + 1})", "python3-numpy"}
     expect(bounds <= set(depends.split(", ")), f"the Python module needs {sorted(bounds)}, not {depends}")
+    replaces, breaks = field(package, "Replaces"), field(package, "Breaks")
+    expect((replaces, breaks) == ("fringetwin (<= 0.2.0)", ""), f"it replaces {replaces}, and breaks {breaks}")  # cmake/package.cmake says why
     printed = run(["/usr/bin/python3", "-B", "-c", "import fringetwin; print(fringetwin.version())"],
                   {**bare(), "PYTHONPATH": str(prefix / "lib/python3/dist-packages")})
     expect(printed == run([program, "version"], bare()), f"the module is {printed}")
 
 
-def check_package(build, source, scratch):
-    packages = make_packages(build, scratch)
+def check_made(build, _source, _scratch, made):
+    make_packages(build, made)
+
+
+def check_package(build, source, scratch, made):
+    packages = packages_in(build, made)
     version, architecture = project_version(source), run(["dpkg", "--print-architecture"]).strip()
     places = {}
     for name, package in packages.items():
@@ -169,7 +175,7 @@ def check_package(build, source, scratch):
         unpacked = scratch / "unpacked" / name
         unpacked.mkdir(parents=True)
         run(["dpkg-deb", "-x", package, unpacked])
-        check_places(unpacked / "usr", [str(build), str(source), str(scratch)])
+        check_places(unpacked / "usr", [str(build), str(source), str(made)])
         for file in files_below(unpacked):
             place = str(file.relative_to(unpacked))
             expect(place not in places, f"/{place} is in {name} and {places.get(place)}")
@@ -209,8 +215,19 @@ def files_of_build(folder):
     return read
 
 
+def cached(folder, pattern):
+    """What the cache of a build tree holds under names like this."""
+    return re.findall(rf"^(?:{pattern}):\w+=(.*)$", (folder / "CMakeCache.txt").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def packages_of_compiler(folder):
+    """The packages of the compiler of a build tree, g++ or another, and of its OpenMP: both are the choice of who builds."""
+    files = [os.path.realpath(path) for path in cached(folder, "CMAKE_CXX_COMPILER")]
+    return owners_of([*files, *cached(folder, r"OpenMP_\w+_LIBRARY")])
+
+
 def check_development_depends(build, example):
-    """Who has what libfringetwin-dev depends on, and compilers, has all that a build reads, and nothing besides."""
+    """Who has what libfringetwin-dev depends on, and a compiler, has all that a build reads, and nothing besides."""
     config = (build / "CPackConfig.cmake").read_text(encoding="utf-8")
     depends = names_in(re.search(r'CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "(.*)"', config)[1])
     options = ["--no-recommends", "--no-suggests", "--no-conflicts", "--no-breaks", "--no-replaces", "--no-enhances"]
@@ -220,7 +237,7 @@ def check_development_depends(build, example):
         return {re.sub(r"^[ |]*(?:\w+: )?", "", line).strip("<>") for line in lines}
     used = owners_of(files_of_build(example))
     expect(len(used) > 20, f"the build used {used}")
-    missing = used - brought({*depends, "g++", "cmake", "make"}, "--recurse")
+    missing = used - brought({*depends, "g++", "cmake", "make", *packages_of_compiler(example)}, "--recurse")
     expect(not missing, f"a program built with the libraries uses {sorted(missing)}, which libfringetwin-dev does not depend on")
     # what find_library and the like have found must be there, whatever a program takes of it
     used |= owners_of(re.findall(r"=(/usr/.*)", (example / "CMakeCache.txt").read_text(encoding="utf-8")))
@@ -248,7 +265,8 @@ def check_library(build, source, scratch):
     public = re.search(r"set\(headers (.*?)\)", (source / "cmake/development.cmake").read_text(encoding="utf-8"), re.DOTALL)[1]
     included = re.findall(r'#include "(.*)"', (own / "every_header.cpp").read_text(encoding="utf-8"))
     expect(sorted(public.split()) == included, "example/every_header.cpp includes other headers than cmake/development.cmake installs")
-    run(["cmake", "-G", "Unix Makefiles", "-S", own, "-B", own / "build", f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release"])
+    run(["cmake", "-G", "Unix Makefiles", "-S", own, "-B", own / "build", f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release",
+         f"-DCMAKE_CXX_COMPILER={cached(build, 'CMAKE_CXX_COMPILER')[0]}"])  # that of the libraries, whatever CXX says
     run(["cmake", "--build", own / "build"])
     check_development_depends(build, own / "build")
     need_device(build / "fringetwin")
@@ -292,27 +310,32 @@ def check_configure(_build, source, scratch):
     expect("Linking CXX executable fringetwin" in steps and "_tests" not in steps, f"it would build {steps}")
 
 
-def check_lintian(build, _source, scratch):
+def check_lintian(build, _source, _scratch, made):
     if not shutil.which("lintian"):
         print("skipped: lintian is not installed")
         sys.exit(77)
-    said = run(["lintian", "--allow-root", "--fail-on", "none", *make_packages(build, scratch).values()])
+    said = run(["lintian", "--allow-root", "--fail-on", "none", *packages_in(build, made).values()])
     expect(not re.search("^[EW]:", said, re.MULTILINE), said)
 
 
-CHECKS = {"configure": check_configure, "install": check_install, "package": check_package, "lintian": check_lintian,
-          "library": check_library, "module": check_module}
+CHECKS = {"configure": check_configure, "install": check_install, "library": check_library, "module": check_module}
+OF_PACKAGES = {"made": check_made, "package": check_package, "lintian": check_lintian}
 
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("check", choices=sorted(CHECKS))
+    parser.add_argument("check", choices=sorted([*CHECKS, *OF_PACKAGES]))
     parser.add_argument("--build", required=True)
     parser.add_argument("--source", required=True)
+    parser.add_argument("--packages", type=pathlib.Path, help="folder of the packages, which `made` fills")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         try:
-            CHECKS[chosen.check](pathlib.Path(chosen.build).resolve(), pathlib.Path(chosen.source).resolve(), pathlib.Path(scratch))
+            places = pathlib.Path(chosen.build).resolve(), pathlib.Path(chosen.source).resolve(), pathlib.Path(scratch)
+            if chosen.check in CHECKS:
+                CHECKS[chosen.check](*places)
+            else:
+                OF_PACKAGES[chosen.check](*places, chosen.packages.resolve())
         except Fault as fault:
             print(fault)
             sys.exit(1)

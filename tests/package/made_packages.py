@@ -2,6 +2,7 @@
 """What the tests of packages share: running programs, and making the packages of a build tree."""
 import pathlib
 import re
+import shutil
 import subprocess
 
 TWIN = "datasets/povray-ball-wall/twin.toml"  # with its images, and quick
@@ -19,8 +20,11 @@ def expect(condition, sentence):
 
 def run(command, environment=None, codes=(0,), folder="/", seconds=240):
     """Returns what a command printed; a Fault where it ends with another exit code than one of these."""
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=seconds, check=False, cwd=folder,
-                          env=environment)
+    try:
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=seconds, check=False, cwd=folder,
+                              env=environment)
+    except subprocess.TimeoutExpired:
+        raise Fault(f"{command}: not done after {seconds} s") from None
     expect(done.returncode in codes, f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
     return done.stdout
 
@@ -41,8 +45,15 @@ def names_in(dependencies):
 
 
 def make_packages(build, folder):
-    """Makes the packages of a build tree in a folder; returns their files by the names of the packages."""
-    run(["cpack", "--config", build / "CPackConfig.cmake", "-G", "DEB", "-B", folder])
+    """Makes the packages of a build tree in a folder, which is emptied before."""
+    shutil.rmtree(folder, ignore_errors=True)
+    run(["cpack", "--config", build / "CPackConfig.cmake", "-G", "DEB", "-B", folder], seconds=900)  # 30 s on an idle machine
+    shutil.rmtree(folder / "_CPack_Packages")  # what they were made of, unpacked
+    packages_in(build, folder)
+
+
+def packages_in(build, folder):
+    """Returns the files of a build tree's packages, which are in that folder, by the names of the packages."""
     packages = {field(file, "Package"): file for file in folder.glob("*.deb")}
     components = re.search('CPACK_COMPONENTS_ALL "(.*)"', (build / "CPackConfig.cmake").read_text(encoding="utf-8"))[1].split(";")
     wanted = {NAMES[component] for component in components}

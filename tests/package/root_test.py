@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The packages in a fresh Debian 12 that has nothing else: what a user gets who types apt install.
 
-root_test.py CHECK --build build --source . [--downloads FOLDER] [--mirror URL]
+root_test.py CHECK --build build --source . [--packages FOLDER] [--downloads FOLDER] [--mirror URL]
   program      fringetwin and python3-fringetwin: apt finds all they need without recommends; a plain user runs the demo and
                an example of the Python module; there is no compiler; purged, they leave nothing
   development  libfringetwin-dev with g++ and CMake, and no other library: tests/package/example is built, and measures there;
@@ -27,7 +27,7 @@ import tempfile
 import time
 import urllib.request
 
-from made_packages import Fault, TWIN, expect, field, make_packages, names_in, project_version, run
+from made_packages import Fault, TWIN, expect, field, make_packages, names_in, packages_in, project_version, run
 
 SUITE = "bookworm"
 LONGEST = 120  # s, of what a user waits for (the bound that the program was asked to keep)
@@ -197,8 +197,9 @@ def inside(chosen):
     build, source, scratch = pathlib.Path(chosen.build), pathlib.Path(chosen.source), pathlib.Path(chosen.scratch)
     downloads = pathlib.Path(chosen.downloads) if chosen.downloads else scratch / "downloads"
     downloads.mkdir(parents=True, exist_ok=True)
-    (scratch / "made").mkdir()
-    packages = make_packages(build, scratch / "made")
+    if not chosen.packages:
+        make_packages(build, scratch / "made")
+    packages = packages_in(build, pathlib.Path(chosen.packages or scratch / "made"))
     if chosen.check == "program" and "python3-fringetwin" not in packages:
         skip("the Python module was not built")
     root = Root(scratch / "root", downloads.resolve(), chosen.mirror)
@@ -213,6 +214,7 @@ def main():
     parser.add_argument("--build", required=True)
     parser.add_argument("--source", required=True)
     parser.add_argument("--downloads", help="keeps the Debian packages here, for the next time")
+    parser.add_argument("--packages", help="the folder that install_test.py made has filled; without one they are made")
     parser.add_argument("--mirror", default="http://deb.debian.org/debian")
     parser.add_argument("--scratch", help=argparse.SUPPRESS)
     chosen = parser.parse_args()
@@ -226,7 +228,7 @@ def main():
         return
     can_run(chosen.mirror)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the scratch folder is removed
-    places = [f"--{name}={pathlib.Path(getattr(chosen, name)).resolve()}" for name in ("build", "source", "downloads")
+    places = [f"--{name}={pathlib.Path(getattr(chosen, name)).resolve()}" for name in ("build", "source", "downloads", "packages")
               if getattr(chosen, name)]
     with tempfile.TemporaryDirectory() as scratch:
         sys.exit(subprocess.run(

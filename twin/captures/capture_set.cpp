@@ -89,19 +89,6 @@ CaptureCamera read_camera(const TomlTable& table, const fs::path& folder, int n_
   return camera;
 }
 
-std::string toml_string(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\')
-      out += fmt::format("\\{}", c);
-    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      out += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
-    else
-      out += c;
-  }
-  return out + "\"";
-}
-
 }  // namespace
 
 const CaptureCamera* CaptureSet::find(const std::string& camera) const {

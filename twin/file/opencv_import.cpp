@@ -28,6 +28,8 @@ constexpr long kMostElements = 1000;
 /// Characters of a sentence's list of matrices.
 constexpr std::size_t kShownOfKeys = 200;
 
+constexpr const char* kNoDistortion = "none";
+
 const FileUse kOpencvFile{.what = "calibration", .hint = "check the path"};
 
 /// Takes the next number off the front of `rest`, as cv::FileStorage writes them; empty at the end.
@@ -85,33 +87,96 @@ Eigen::MatrixXd to_matrix(const StoredEntry& entry, const std::string& where) {
   return matrix;
 }
 
-/// Returns the matrix `key` of the first file that has it; `where` = file and key.
-Eigen::MatrixXd find_matrix(const std::vector<std::filesystem::path>& files, const std::string& key,
-                            std::string* where) {
-  std::string names, keys;
+/// A matrix with the file that has it, and both in words.
+struct FoundMatrix {
+  Eigen::MatrixXd matrix;
+  std::filesystem::path file;
+  std::string where;
+};
+
+/// True when `name` is the whole path of the file or its end: "left.yml", "calib/left.yml".
+bool names_file(std::string_view name, const std::string& file) {
+  return file == name || (file.ends_with(name) && file[file.size() - name.size() - 1] == '/');
+}
+
+/// The matrix that was asked for and the files to look for it in.
+struct Request {
+  std::string_view name;
+  std::vector<std::filesystem::path> files;
+};
+
+/// Takes the file off the front of "FILE:NAME", when it is one of the files. Names of files may have colons,
+/// so each is tried.
+Request parse_key(std::string_view key, const std::vector<std::filesystem::path>& files) {
+  for (std::size_t colon = key.rfind(':'); colon != std::string_view::npos && colon > 0;
+       colon = key.rfind(':', colon - 1)) {
+    Request request{.name = key.substr(colon + 1), .files = {}};
+    const std::string_view name = key.substr(0, colon);
+    for (const auto& file : files)
+      if (names_file(name, file.string())) request.files.push_back(file);
+    // the whole path of one file may be the end of another's
+    if (const auto whole = std::ranges::find(files, std::filesystem::path(name)); whole != files.end())
+      request.files = {*whole};
+    if (!request.files.empty()) return request;
+  }
+  return {.name = key, .files = files};
+}
+
+std::string joined(const std::vector<std::filesystem::path>& files) {
+  std::string out;
+  for (const auto& file : files) out += (out.empty() ? "" : ", ") + file.string();
+  return out;
+}
+
+/// Returns the matrix `key` of the only file that has it.
+FoundMatrix find_matrix(const std::vector<std::filesystem::path>& files, const std::string& key) {
+  const Request request = parse_key(key, files);
+  FoundMatrix out;
+  std::vector<std::filesystem::path> having;
+  std::string labels;
   std::size_t n_more = 0;
-  for (const auto& file : files) {
+  for (const auto& file : request.files) {
+    if (std::ranges::find(having, file) != having.end()) continue;  // named twice
     const std::string text = read_whole_text(file, kOpencvFile);
+    const std::string where = fmt::format("{}: {}", file.string(), request.name);
     std::optional<StoredEntry> found;
-    *where = file.string() + ": " + key;
     visit_opencv_storage(text, file, [&](const StoredEntry& entry) {
       if (entry.is_matrix()) {
-        const std::string label = (keys.empty() ? "" : ", ") + entry_label(entry);
-        if (keys.size() + label.size() > kShownOfKeys)
+        const std::string label = (labels.empty() ? "" : ", ") + entry_label(entry);
+        if (labels.size() + label.size() > kShownOfKeys)
           ++n_more;
         else
-          keys += label;
+          labels += label;
       }
-      if (entry.key != key) return;
-      if (found) throw UserError(ExitCode::input, *where, "is given twice");
+      if (entry.key != request.name) return;
+      if (found) throw UserError(ExitCode::input, where, "is given twice");
       found = entry;
     });
-    if (found) return to_matrix(*found, *where);
-    names += (names.empty() ? "" : ", ") + file.string();
+    if (!found) continue;
+    having.push_back(file);
+    if (having.size() == 1) out = {to_matrix(*found, where), file, where};
   }
-  if (n_more > 0) keys += fmt::format(" and {} more", n_more);
-  throw UserError(ExitCode::input, names, fmt::format("there is no matrix '{}'", key),
-                  "matrices there: " + (keys.empty() ? "none" : keys));
+  if (having.size() > 1)
+    throw UserError(ExitCode::input, joined(having),
+                    fmt::format("each of them has a matrix '{}'", request.name),
+                    fmt::format("say which is meant: {}:{}", having.front().string(), request.name));
+  if (!having.empty()) return out;
+  if (n_more > 0) labels += fmt::format(" and {} more", n_more);
+  throw UserError(ExitCode::input, joined(request.files),
+                  fmt::format("there is no matrix '{}'", request.name),
+                  "matrices there: " + (labels.empty() ? "none" : labels));
+}
+
+/// Returns image_width and image_height of the file, as OpenCV's samples of calibrations write them.
+std::optional<std::array<int, 2>> stated_imagersize(const std::filesystem::path& file) {
+  std::optional<int> width, height;
+  const std::string text = read_whole_text(file, kOpencvFile);
+  visit_opencv_storage(text, file, [&](const StoredEntry& entry) {
+    if (entry.key == "image_width") width = parse_number<int>(entry.value);
+    if (entry.key == "image_height") height = parse_number<int>(entry.value);
+  });
+  if (!width || !height) return std::nullopt;
+  return std::array<int, 2>{*width, *height};
 }
 
 void append_camera_matrix(const Eigen::MatrixXd& M, const std::string& where,
@@ -176,20 +241,24 @@ Eigen::Vector3d to_rotation_vector(const Eigen::MatrixXd& m, const std::string& 
 
 OpenCvModel import_opencv(const std::vector<std::filesystem::path>& files, const OpenCvDevice& device) {
   OpenCvModel model;
-  std::string where;
-  const Eigen::MatrixXd M = find_matrix(files, device.matrix_key, &where);
-  append_camera_matrix(M, where, &model.intrinsics);
-  const Eigen::MatrixXd D = find_matrix(files, device.distortion_key, &where);
-  model.lensmodel = append_distortion(D, where, &model.intrinsics);
+  const FoundMatrix M = find_matrix(files, device.matrix_key);
+  append_camera_matrix(M.matrix, M.where, &model.intrinsics);
+  model.matrix_file = M.file;
+  model.stated_imagersize_px = stated_imagersize(M.file);
+  model.lensmodel = "LENSMODEL_PINHOLE";
+  if (device.distortion_key != kNoDistortion) {
+    const FoundMatrix D = find_matrix(files, device.distortion_key);
+    model.lensmodel = append_distortion(D.matrix, D.where, &model.intrinsics);
+  }
 
   RotTrans rt = RotTrans::Zero();
   if (!device.rotation_key.empty()) {
-    const Eigen::MatrixXd R = find_matrix(files, device.rotation_key, &where);
-    rt.head<3>() = to_rotation_vector(R, where);
+    const FoundMatrix R = find_matrix(files, device.rotation_key);
+    rt.head<3>() = to_rotation_vector(R.matrix, R.where);
   }
   if (!device.translation_key.empty()) {
-    const Eigen::MatrixXd T = find_matrix(files, device.translation_key, &where);
-    rt.tail<3>() = to_vector(T, where);
+    const FoundMatrix T = find_matrix(files, device.translation_key);
+    rt.tail<3>() = to_vector(T.matrix, T.where);
   }
   Eigen::Map<RotTrans>(model.rt_device_ref.data()) = rt;
   return model;

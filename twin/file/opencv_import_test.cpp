@@ -108,6 +108,69 @@ TEST(OpenCvImport, FilesOfTheStereoSample) {  // intrinsics.yml and extrinsics.y
   EXPECT_EQ(model.rt_device_ref[3], -3.5);
 }
 
+/// As OpenCV's sample of a calibration writes it for each camera: the same names in every file.
+std::string one_camera(double fx, const std::string& head = "") {
+  return "%YAML:1.0\n---\n" + head + "M: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ " +
+         std::to_string(fx) + ", 0., 320., 0., 530., 240., 0., 0., 1. ]\n" +
+         "D: !!opencv-matrix\n   rows: 1\n   cols: 4\n   dt: d\n   data: [ 0.1, 0., 0., 0. ]\n";
+}
+
+TEST(OpenCvImport, AMatrixOfSeveralFilesIsAskedFor) {
+  const ScratchFolder scratch;
+  std::filesystem::create_directories(scratch / "b:c");
+  const auto left = scratch.write("left.yml", one_camera(501)),
+             right = scratch.write("right.yml", one_camera(502)),
+             other = scratch.write("b:c/left.yml", one_camera(503));
+  const auto fx = [&](const std::string& key) {
+    return import_opencv({left, right, other}, {key, "right.yml:D", "", ""}).intrinsics[0];
+  };
+  const auto sentence = [&](const std::string& key) -> std::string {
+    try {
+      fx(key);
+    } catch (const UserError& e) {
+      EXPECT_EQ(e.code(), ExitCode::input);
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(sentence("M"),
+              HasSubstr(left.string() + ", " + right.string() + ", " + other.string() +
+                        ": each of them has a matrix 'M'; say which is meant: " + left.string() + ":M"));
+  EXPECT_THAT(sentence("left.yml:M"),
+              HasSubstr(left.string() + ", " + other.string() + ": each of them has"));
+  EXPECT_THAT(sentence("ft.yml:M"), HasSubstr("there is no matrix 'ft.yml:M'"));
+  EXPECT_THAT(sentence("right.yml:N"), HasSubstr(right.string() + ": there is no matrix 'N'"));
+  EXPECT_EQ(fx(left.string() + ":M"), 501);
+  EXPECT_EQ(fx("right.yml:M"), 502);
+  EXPECT_EQ(fx("b:c/left.yml:M"), 503);
+  EXPECT_EQ(import_opencv({left, left}, {"M", "D", "", ""}).intrinsics[0], 501);  // one file named twice
+}
+
+TEST(OpenCvImport, NoDistortionIsAPinhole) {
+  const ScratchFolder scratch;
+  const OpenCvModel model = import_opencv({scratch.write("a.yml", one_camera(501))}, {"M", "none", "", ""});
+  EXPECT_EQ(model.lensmodel, "LENSMODEL_PINHOLE");
+  EXPECT_THAT(model.intrinsics, ElementsAre(501, 530, 320, 240));
+}
+
+TEST(OpenCvImport, TellsTheSizeThatTheFileStates) {
+  const ScratchFolder scratch;
+  const auto size = [&](const std::filesystem::path& file) {
+    return import_opencv({file}, {"M", "D", "", ""}).stated_imagersize_px;
+  };
+  constexpr std::array<int, 2> right{640, 480};
+  EXPECT_EQ(size(scratch.write("a.yml", one_camera(501, "image_width: 640\nimage_height: 480 # px\n"))),
+            right);
+  EXPECT_EQ(size(scratch.write("b.yml", one_camera(501, "image_width: 640\n"))), std::nullopt);
+  for (const char* name : {"c.xml", "c.json"}) {
+    {
+      cv::FileStorage out((scratch / name).string(), cv::FileStorage::WRITE);
+      out << "image_width" << 640 << "image_height" << 480 << "M" << camera_matrix << "D" << distortion(4);
+    }
+    EXPECT_EQ(size(scratch / name), right) << name;
+  }
+}
+
 TEST(OpenCvImport, NoExtrinsicsKeysMeanTheReference) {
   const ScratchFolder scratch;
   const OpenCvModel model = import_opencv({save(scratch, "a.yml", {})}, {"M1", "D1", "", ""});

@@ -142,7 +142,7 @@ class StorageText {
 
   void take_matrix_or_value(StoredEntry& entry) {
     if (peek() != '{')
-      take_value();
+      entry.value = without_blanks(take_value());
     else
       take_map([&](std::string_view key) { keep(entry, key, take_value()); });
   }
@@ -197,7 +197,7 @@ class StorageText {
     if (peek() == '{')
       take_matrix_or_value(entry);
     else
-      take_yaml_value();
+      entry.value = take_yaml_value();
   }
 
   void read_yaml() {
@@ -238,7 +238,7 @@ class StorageText {
   void read_xml() {
     StoredEntry entry;
     std::vector<std::string_view> open;
-    std::size_t content = 0;
+    std::size_t content = 0, last_opened = 0;  // where the text of the last tag begins, and its depth
     for (move_to("<"); at_ < text_.size(); move_to("<")) {
       const std::size_t start = at_;
       move_to(is_at("<!--") ? "-->" : ">");
@@ -253,12 +253,16 @@ class StorageText {
         if (open.size() == kDeepestStorage) fail("tags are nested too deeply");
         open.push_back(name);
         if (open.size() == 2) entry = {.key = name};
-        if (open.size() == 3) content = at_;
+        content = at_;
+        last_opened = open.size();
         continue;
       }
       if (open.empty() || open.back() != name) fail("a closing tag has no opening one");
       if (open.size() == 3) keep(entry, name, text_.substr(content, start - content));
-      if (open.size() == 2) visit_(entry);
+      if (open.size() == 2) {
+        if (last_opened == 2) entry.value = without_blanks(text_.substr(content, start - content));
+        visit_(entry);
+      }
       open.pop_back();
     }
     if (!open.empty()) fail("the file ends within a tag that is open");

@@ -8,10 +8,10 @@
 
 namespace fringetwin {
 
-/// Holds one named entry at the top of a file, and the texts of these four keys below it, empty where it has
-/// none. They point into the text that was read.
+/// Holds one named entry at the top of a file with its own text, where it is a word or number, and the texts
+/// of these four keys below it, empty where it has none. They point into the text that was read.
 struct StoredEntry {
-  std::string_view key = {}, rows = {}, cols = {}, dt = {}, data = {};
+  std::string_view key = {}, value = {}, rows = {}, cols = {}, dt = {}, data = {};
   bool is_matrix() const { return !dt.empty() && !data.empty(); }
 };
 

@@ -10,7 +10,6 @@
 #include "twin/base/nearest_word.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/base/safe_file.hpp"
-#include "twin/file/toml_bounds.hpp"
 #include "twin/file/toml_settings.hpp"
 #include "twin/file/toml_text.hpp"
 #include "twin/twin.hpp"
@@ -119,24 +118,29 @@ fs::path resolve_path(const std::string& text, const fs::path& folder, const std
   return tidy_path(path.is_absolute() ? path : folder / path);
 }
 
+std::string toml_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
+    else
+      out += c;
+  }
+  return out + "\"";
+}
+
 TomlTable TomlTable::parse_file(const fs::path& file, ExitCode code,
                                 const std::map<std::string, std::string>& settings) {
   std::error_code error;
   if (!fs::exists(file, error)) throw UserError(code, file.string(), "no such file");
   const std::string text = read_whole_text(file, {.what = "TOML file", .code = code});
-  if (const auto excess = toml_excess(text))
-    throw UserError(code, fmt::format("{}:{}", file.string(), excess->line), excess->what, excess->hint);
   auto impl = std::make_shared<Impl>();
-  try {
-    toml::table document = toml::parse(text, file.string());
-    put_settings(document, settings, file);
-    if (const toml::node* broken = text_with_nul(document))
-      throw UserError(code, place(*broken, file), "holds a NUL character", "leave out \\u0000");
-    impl->document = std::make_shared<const toml::table>(std::move(document));
-  } catch (const toml::parse_error& e) {
-    throw UserError(code, fmt::format("{}:{}", file.string(), e.source().begin.line),
-                    fmt::format("is no valid TOML: {}", e.description()));
-  }
+  toml::table document = parsed_toml(text, file.string(), code);
+  put_settings(document, settings, file);
+  if (const toml::node* broken = text_with_nul(document))
+    throw UserError(code, place(*broken, file), "holds a NUL character", "leave out \\u0000");
+  impl->document = std::make_shared<const toml::table>(std::move(document));
   impl->table = impl->document.get();
   impl->file = file;
   impl->code = code;

@@ -90,4 +90,7 @@ class TomlTable {
 std::filesystem::path resolve_path(const std::string& text, const std::filesystem::path& folder,
                                    const std::string& where, ExitCode code);
 
+/// Returns a text as a string of TOML, in its quotes.
+std::string toml_string(const std::string& text);
+
 }  // namespace fringetwin

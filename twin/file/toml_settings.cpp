@@ -47,8 +47,9 @@ class Setter {
       if (key_[rest_at_] == '[') {
         toml::node* node = table->get(name);
         if (node == nullptr || !node->is_array())
-          unknown(fmt::format("{} is no list that [...] could count in", done_),
-                  node == nullptr ? "it is not in the file" : "");
+          unknown(
+              fmt::format("{} is no list that [...] could count in", done_),
+              node == nullptr ? "it is not in the file; write it there first, whole, with its defaults" : "");
         table = into_array(*node->as_array());
         if (table == nullptr) return;
         ++rest_at_;  // the point behind ]

@@ -8,24 +8,22 @@
 #include <sstream>
 #include <vector>
 
+#include "twin/file/toml_bounds.hpp"
+#include "twin/file/toml_reader.hpp"
 #include "twin/number/parse_number.hpp"
 
 namespace fringetwin {
-namespace {
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    else
-      out += c;
+toml::table parsed_toml(const std::string& text, const std::string& file, ExitCode code) {
+  if (const auto excess = toml_excess(text))
+    throw UserError(code, fmt::format("{}:{}", file, excess->line), excess->what, excess->hint);
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& e) {
+    throw UserError(code, fmt::format("{}:{}", file, e.source().begin.line),
+                    fmt::format("is no valid TOML: {}", e.description()));
   }
-  return out + "\"";
 }
-
-}  // namespace
 
 const char* type_name(const toml::node& node) {
   switch (node.type()) {
@@ -63,7 +61,7 @@ std::string toml_text(const toml::node& node) {
   std::vector<std::string> parts;
   if (const auto* table = node.as_table()) {
     for (const auto& [key, child] : *table)
-      parts.push_back(fmt::format("{} = {}", quoted(std::string(key.str())), toml_text(child)));
+      parts.push_back(fmt::format("{} = {}", toml_string(std::string(key.str())), toml_text(child)));
     return fmt::format("{{ {} }}", fmt::join(parts, ", "));
   }
   if (const auto* array = node.as_array()) {
@@ -72,7 +70,7 @@ std::string toml_text(const toml::node& node) {
   }
   if (const auto* real = node.as_floating_point()) return number_text(real->get());
   const std::string text = scalar_text(node);
-  return node.is_string() ? quoted(text) : text;
+  return node.is_string() ? toml_string(text) : text;
 }
 
 }  // namespace fringetwin

@@ -6,7 +6,13 @@
 
 #include <string>
 
+#include "twin/base/errors.hpp"
+
 namespace fringetwin {
+
+/// Returns the document. Throws UserError(code) naming file and line for what is no TOML, or too much of it
+/// (toml_bounds.hpp).
+toml::table parsed_toml(const std::string& text, const std::string& file, ExitCode code);
 
 /// Returns what a message calls the node's type: "an integer", "a table".
 const char* type_name(const toml::node& node);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "twin/base/nearest_word.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
 
@@ -64,6 +65,9 @@ RenderOptions read_render(const TomlTable& root) {
   for (const char* key : {"bounce_samples", "glossy_bounces"})
     if (table->has(key) && !table->has("bounces"))
       table->fail(key, "has no effect without bounces", "add bounces = \"all\"");
+  // A study may vary bounces from 0 on, and `--refine bounce` may take them away: no error.
+  if (render.bounces == 0 && render.glossy_bounces)
+    warn(table->where("glossy_bounces") + ": [render] glossy_bounces has no effect with bounces = 0");
   if (const auto sampler = table->choice("sampler", {"adaptive", "gauss", "multi-jittered", "sobol"}))
     render.sampler = *sampler == "adaptive"         ? Sampler::adaptive
                      : *sampler == "gauss"          ? Sampler::gauss

@@ -332,9 +332,14 @@ TEST_F(TwinFile, Bounces) {
   EXPECT_THAT(error(kMinimal + "[render]\nglossy_bounces = true\n", "glossy_bounces"),
               HasSubstr("has no effect without bounces"));
   // as `--refine bounce` leaves it where it takes them away
-  EXPECT_EQ(
-      load(kMinimal + "[render]\nbounces = 0\nbounce_samples = 16\nglossy_bounces = true\n").render.bounces,
-      0);
+  const auto warning = [&](const std::string& keys) {
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(load(kMinimal + "[render]\nbounces = 0\nbounce_samples = 16\n" + keys).render.bounces, 0);
+    return ::testing::internal::GetCapturedStderr();
+  };
+  EXPECT_THAT(warning("glossy_bounces = true\n"),
+              HasSubstr("[render] glossy_bounces has no effect with bounces = 0"));
+  EXPECT_EQ(warning("glossy_bounces = false\n"), "");
   EXPECT_EQ(load(kMinimal + "[render]\nbounces = 5\n").render.bounces, 5);
   EXPECT_EQ(load(kMinimal + "[render]\nbounces = \"all\"\n").render.bounces, kAllBounces);
   EXPECT_THAT(error(kMinimal + "[render]\nbounces = 101\n", "bounces"),

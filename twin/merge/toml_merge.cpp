@@ -11,7 +11,7 @@
 
 #include "twin/base/errors.hpp"
 #include "twin/base/plain_text.hpp"
-#include "twin/file/toml_bounds.hpp"
+#include "twin/file/toml_text.hpp"
 #include "twin/merge/toml_statements.hpp"
 
 namespace fringetwin {
@@ -24,24 +24,13 @@ TomlPath joined(TomlPath path, const TomlPath& more) {
   return path;
 }
 
-toml::table parsed(const std::string& text, const std::string& file) {
-  if (const auto excess = toml_excess(text))
-    throw UserError(ExitCode::usage, fmt::format("{}:{}", file, excess->line), excess->what, excess->hint);
-  try {
-    return toml::parse(text);
-  } catch (const toml::parse_error& e) {
-    throw UserError(ExitCode::usage, fmt::format("{}:{}", file, e.source().begin.line),
-                    fmt::format("is no valid TOML: {}", e.description()));
-  }
-}
-
 /// Collects the changes of one text, by the byte at which they are made.
 class Merger {
  public:
   Merger(const std::string& text, const std::string& file)
       : text_(text),
         file_(file),
-        document_(parsed(text, file)),
+        document_(parsed_toml(text, file, ExitCode::usage)),
         statements_(toml_statements(text)),
         line_break_(text.find("\r\n") == std::string::npos ? "\n" : "\r\n") {}
 

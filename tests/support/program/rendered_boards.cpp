@@ -62,18 +62,23 @@ std::vector<RenderedBoards::Device> RenderedBoards::devices() const {
   const double k = 1.0 / reduction;
   const std::array<int, 2> size{1440 / reduction, 1080 / reduction};
   const auto rt = [](std::array<double, 6> v) { return RotTrans(RotTrans::Map(v.data())); };
-  return {{"left",
-           size,
-           {2359.6 * k, 2359.0 * k, 734.5 * k, 578.5 * k, -0.1251, 0.1620, 0.0003, -0.0004},
-           rt({0, 0, 0, 0, 0, 0})},
-          {"right",
-           size,
-           {2360.6 * k, 2359.8 * k, 736.9 * k, 580.9 * k, -0.1170, 0.1249, 0.0, -0.0002},
-           rt({-0.0086, 0.7078, 0.0058, -189.5009, -1.1664, 66.0589})},
-          {"projector",
-           {1280, 720},
-           {1700.15, 1701.22, 627.73, 406.54, 0.1328, -0.3361, -0.0006, -0.0001},
-           rt({-0.0099, 0.3754, 0.0276, -94.5914, -0.1889, 12.4706})}};
+  RotTrans right = rt({-0.0086, 0.7078, 0.0058, -189.5009, -1.1664, 66.0589});
+  if (right_upside_down) {
+    // Not by 180 degrees, where a rotation vector may be either of two.
+    const Eigen::AngleAxisd nearly_half_a_turn(3.0, Eigen::Vector3d::UnitZ());
+    const Pose about_its_axis{nearly_half_a_turn.toRotationMatrix(), Eigen::Vector3d::Zero()};
+    right = rt_from_pose(about_its_axis * pose_from_rt(right));
+  }
+  return {
+      {"left",
+       size,
+       {2359.6 * k, 2359.0 * k, 734.5 * k, 578.5 * k, -0.1251, 0.1620, 0.0003, -0.0004},
+       rt({0, 0, 0, 0, 0, 0})},
+      {"right", size, {2360.6 * k, 2359.8 * k, 736.9 * k, 580.9 * k, -0.1170, 0.1249, 0.0, -0.0002}, right},
+      {"projector",
+       {1280, 720},
+       {1700.15, 1701.22, 627.73, 406.54, 0.1328, -0.3361, -0.0006, -0.0001},
+       rt({-0.0099, 0.3754, 0.0276, -94.5914, -0.1889, 12.4706})}};
 }
 
 Pose RenderedBoards::T_world_board(int i) const {

@@ -19,6 +19,8 @@ struct RenderedBoards {
   calib::Board board{10, 7, 10.0};  ///< 11 x 8 squares: not the same upside down
   double circle_diameter_mm = 0.0;  ///< > 0: circles on the corners, no squares
 
+  bool right_upside_down = false;  ///< the second camera stands on its head
+
   struct Device {
     std::string name;
     std::array<int, 2> size;
