@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A gate that leaves out most of its object, or cuts through it, is told; one that holds the object is left
-// in peace. The points are hits of rays with spheres and planes in closed form.
+// in peace, whatever else stands there. The points are hits of rays with spheres and planes in closed form.
 #include "measure/fit/gate_warnings.hpp"
 
 #include <gmock/gmock.h>
@@ -24,40 +24,88 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A ball before a wall, as a camera in the origin sees them; `turned_deg`: by how much the rays are turned
-/// from what the twin says.
+/// Adds the points of a scene as a camera in the origin sees it; `turned_deg`: by how much the rays are
+/// turned from what the twin says.
+void add_hits(const RaySurface& scene, PointCloud& cloud, double turned_deg = 0.0, double noise_mm = 0.0) {
+  const Eigen::AngleAxisd turn(turned_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitY());
+  std::mt19937 generator(7);
+  std::normal_distribution<double> normal;
+  for (int y = -60; y <= 60; ++y)
+    for (int x = -80; x <= 80; ++x) {
+      const Eigen::Vector3d ray = Eigen::Vector3d(x / 320.0, y / 320.0, 1.0).normalized();
+      if (const auto at_mm = scene({0, 0, 0}, ray))
+        cloud.p_world_mm.push_back(turn * ((*at_mm + noise_mm * normal(generator)) * ray));
+    }
+}
+
+Camera camera_in_the_origin() {
+  return {"left", Lens("LENSMODEL_PINHOLE", {320, 320, 80, 60}, {161, 121}, "test"), Pose{}, Sensor{},
+          std::nullopt};
+}
+
+/// A ball before a wall.
 struct Scene {
   Twin twin;
   PointCloud cloud;
 
   explicit Scene(double turned_deg, double noise_mm = 0.0) {
-    twin.cameras.push_back({"left", Lens("LENSMODEL_PINHOLE", {320, 320, 80, 60}, {161, 121}, "test"), Pose{},
-                            Sensor{}, std::nullopt});
+    twin.cameras.push_back(camera_in_the_origin());
     PlaneShape wall;
     wall.point_mm = {0, 0, 420};
     wall.normal = {0, 0, -1};
     twin.objects = {{"ball", SphereShape{{0, 0, 328.1}, 28.1}, {}}, {"wall", wall, {}}};
     twin.measure.fits = {{"ball", 2.0}, {"wall", 2.0}};
-    const RaySurface surfaces =
-        nearest({sphere_surface({0, 0, 328.1}, 28.1), plane_surface({0, 0, 420}, {0, 0, -1})});
-    const Eigen::AngleAxisd turn(turned_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitY());
-    std::mt19937 generator(7);
-    std::normal_distribution<double> noise(0.0, noise_mm > 0.0 ? noise_mm : 1.0);
-    for (int y = -60; y <= 60; ++y)
-      for (int x = -80; x <= 80; ++x) {
-        const Eigen::Vector3d ray = Eigen::Vector3d(x / 320.0, y / 320.0, 1.0).normalized();
-        const auto at_mm = surfaces({0, 0, 0}, ray);
-        if (at_mm)
-          cloud.p_world_mm.push_back(turn * ((*at_mm + (noise_mm > 0.0 ? noise(generator) : 0.0)) * ray));
-      }
+    add_hits(nearest({sphere_surface({0, 0, 328.1}, 28.1), plane_surface({0, 0, 420}, {0, 0, -1})}), cloud,
+             turned_deg, noise_mm);
+  }
+  std::vector<std::string> told() const { return gate_warnings(twin, cloud, fit_objects(twin, cloud)); }
+  /// Returns whether the fit passes without a ray being followed.
+  bool is_cheap(std::size_t fit) const {
+    const FitRequest& request = twin.measure.fits[fit];
+    return points_gather_about(*twin.find_object(request.object), request.gate_mm, cloud,
+                               fit_objects(twin, cloud)[fit]);
+  }
+};
+
+/// A plane without an end, and a gate of 2 mm about it.
+struct Table {
+  Twin twin;
+  PointCloud cloud;
+
+  explicit Table(const RaySurface& scene) {
+    twin.cameras.push_back(camera_in_the_origin());
+    PlaneShape table;
+    table.point_mm = {0, 0, 420};
+    table.normal = {0, 0, -1};
+    twin.objects = {{"table", table, {}}};
+    twin.measure.fits = {{"table", 2.0}};
+    add_hits(scene, cloud, 0.0, 0.1);
   }
   std::vector<std::string> told() const { return gate_warnings(twin, cloud, fit_objects(twin, cloud)); }
 };
+RaySurface table_surface(double z_mm = 420.0) { return plane_surface({0, 0, z_mm}, {0, 0, -1}); }
+
+/// The part of a surface whose points lie on one side of a plane x = `end_mm`.
+RaySurface left_of(double end_mm, const RaySurface& surface) {
+  return [=](const Eigen::Vector3d& o, const Eigen::Vector3d& d) -> std::optional<double> {
+    const auto at_mm = surface(o, d);
+    return at_mm && (o + *at_mm * d).x() < end_mm ? at_mm : std::nullopt;
+  };
+}
 
 TEST(GateWarnings, NoneOfARightTwin) {
   EXPECT_THAT(Scene(0.0).told(), IsEmpty());
   EXPECT_THAT(Scene(0.0, 0.3).told(), IsEmpty());
   EXPECT_THAT(Scene(0.05).told(), IsEmpty());  // 0.3 mm at the ball, well within the gate
+}
+
+// What a right twin costs is the distances of 300 points.
+TEST(GateWarnings, NoRayIsFollowedOfARightTwin) {
+  for (const std::size_t fit : {0u, 1u}) {
+    EXPECT_TRUE(Scene(0.0).is_cheap(fit));
+    EXPECT_TRUE(Scene(0.0, 0.3).is_cheap(fit));
+  }
+  EXPECT_FALSE(Scene(0.5).is_cheap(0));
 }
 
 // 0.5 degrees are 2.9 mm at the ball and up to 1 mm at the wall (0.25 of its distance times 0.0087).
@@ -78,10 +126,50 @@ TEST(GateWarnings, AGateThatCutsThroughTheBall) {
   EXPECT_THAT(scene.told(), ElementsAre(AllOf(HasSubstr("ball: "), HasSubstr("cuts through the object"))));
 }
 
-TEST(GateWarnings, OneWhoseObjectIsElsewhere) {
+// By 1.5, 3 and 7 gates towards the camera: farther off than the gate is wide, and told all the same.
+TEST(GateWarnings, ABallThatIsDisplacedBySeveralGates) {
+  for (const double nearer_mm : {3.0, 6.0, 14.0}) {
+    Scene scene(0.0, 0.1);
+    scene.twin.objects[0].shape = SphereShape{{0, 0, 328.1 - nearer_mm}, 28.1};
+    EXPECT_THAT(scene.told(), ElementsAre(AllOf(HasSubstr("ball: "), HasSubstr("half lie more than"))))
+        << nearer_mm;
+  }
+}
+
+// 80 mm beside: no point within the gate, which the fit itself says.
+TEST(GateWarnings, OneWhoseObjectIsElsewhereIsToldByTheFit) {
   Scene scene(0.0);
   scene.twin.objects[0].shape = SphereShape{{80, 0, 328.1}, 28.1};  // the camera sees the wall there
-  EXPECT_THAT(scene.told(), ElementsAre(AllOf(HasSubstr("ball: 0 points"), HasSubstr("half lie more than"))));
+  const ObjectFit fit = fit_objects(scene.twin, scene.cloud)[0];
+  EXPECT_FALSE(fit.usable);
+  EXPECT_FALSE(fit.warning.empty());
+  EXPECT_THAT(scene.told(), IsEmpty());
+}
+
+// Slabs that the twin lacks, on three quarters of the table's area: just above the gate, a few gates above,
+// far above; and a ramp that rises from the table through the gate.
+TEST(GateWarnings, ThingsOnATableThatTheTwinLacks) {
+  for (const double above_mm : {3.0, 8.0, 15.0, 120.0}) {
+    const Table table(nearest({left_of(50.0, table_surface(420.0 - above_mm)), table_surface()}));
+    EXPECT_THAT(table.told(), IsEmpty()) << above_mm;
+  }
+  const RaySurface ramp =
+      left_of(50.0, plane_surface({50, 0, 420}, Eigen::Vector3d(0.1, 0, -1).normalized()));
+  EXPECT_THAT(Table(nearest({ramp, table_surface()})).told(), IsEmpty());
+}
+
+// The real table ends, a floor goes on 10 and 300 mm below: in the twin it is the table that goes on.
+TEST(GateWarnings, ATableThatEndsBeforeItsPlaneDoes) {
+  for (const double below_mm : {10.0, 300.0}) {
+    const Table table(nearest({left_of(-40.0, table_surface()), table_surface(420.0 + below_mm)}));
+    EXPECT_THAT(table.told(), IsEmpty()) << below_mm;
+  }
+}
+
+// A table that is tilted by 3 degrees: the gate holds a stripe of it.
+TEST(GateWarnings, ATableThatIsTilted) {
+  const Table table(plane_surface({0, 0, 420}, Eigen::Vector3d(0.052, 0, -1).normalized()));
+  EXPECT_THAT(table.told(), ElementsAre(AllOf(HasSubstr("table: "), HasSubstr("half lie more than"))));
 }
 
 TEST(GateWarnings, AMeshIsJudgedAsTheBallIs) {
