@@ -9,8 +9,12 @@
 
 namespace fringetwin::measure {
 
-/// Returns a sentence where a stereo rig rejects many pixels of its captures and another reading of the
-/// images hardly any; nothing, and at no cost, where most pixels have points and few are rejected.
+/// Returns whether a stereo rig rejects many of the pixels with a match, or has points at less than half of
+/// the pixels that both cameras can see. What one camera alone sees does not count. Asks a grid of pixels.
+bool rays_miss_each_other(const Twin& twin, const Measurement& measured);
+
+/// Returns a sentence where rays_miss_each_other() and another reading of the images rejects hardly any;
+/// nothing, and at no cost, elsewhere. Each of ten readings is triangulated in a few bands of rows.
 std::optional<std::string> swapped_images(const Twin& twin, const Measurement& measured);
 
 }  // namespace fringetwin::measure
