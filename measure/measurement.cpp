@@ -68,11 +68,10 @@ void warn_of_light(const Twin& twin, const CameraDecode& decode, std::vector<std
 void warn_of_rejected(const TriangulationSummary& t, std::vector<std::string>& warnings) {
   if (mostly_rejected(t))
     warnings.push_back(fmt::format(
-        "{:.0f} % of the {} pixels with a match were rejected because their rays give no point, {} points "
-        "are "
-        "left: the images do not belong to these poses; check the poses of cameras and projector, and which "
-        "images are whose",
-        100.0 * rejected_share(t), t.n_candidates - t.n_no_match, t.n_points));
+        "{} of the {} pixels with a match ({:.0f} %) were rejected because their rays give no point; points "
+        "left: {}. The images do not belong to these poses: check the poses of cameras and projector, and "
+        "which images are whose",
+        t.n_rejected, matched_pixels(t), 100.0 * rejected_share(t), t.n_points));
 }
 
 /// Returns the decodes that points are made of, without their mixed pixels.
