@@ -19,12 +19,17 @@ constexpr int kEveryLine = 4;         ///< lines next to each other say the same
 constexpr double kLargestStep = 2.0;  ///< rad per pixel: beyond, a step may be one of another period
 constexpr double kBend = 0.6;         ///< rad: a change of the step from pixel to pixel that is an edge
 constexpr double kApart = 0.4;  ///< rad: what the steps of two pitches may differ by, else it is an edge
-constexpr double kFewestTurns = 8.0;   ///< of a run: harmonics move its ends by 0.03 turns at most
+constexpr double kFewestTurns = 8.0;   ///< of a run
 constexpr std::size_t kLineParts = 8;  ///< of the lines, for the scatter
 constexpr std::size_t kFewestRuns = 24;
-/// What counts as a contradiction: beyond what harmonics leave in a run of some 20 fringes, and beyond
-/// chance.
-constexpr double kLeastOff = 0.0015, kPitchSigmas = 6.0;
+/// What counts as a contradiction: beyond chance, beyond what steps of the projector leave, and beyond what
+/// harmonics leave in runs of so many turns.
+constexpr double kPitchSigmas = 6.0, kLeastOff = 0.0015;
+/// Turns by which harmonics of the response move the two ends of a run together: of three steps a gamma g
+/// moves each by up to (g - 1) / (g + 2) rad, its second harmonic over its first, which is 0.046 turns of g
+/// = 2.2; of four steps and more by 0.01 turns at most. It adds up over all lines of a scene whose ends have
+/// one phase.
+constexpr double kHarmonicTurns = 0.09;
 
 /// The phases of all pitches summed over runs of pixels, each run with the sign of its own direction.
 struct Turns {
@@ -38,21 +43,22 @@ double to_half_turn(double rad) { return rad - kWholeTurn * std::round(rad / kWh
 class LineWalk {
  public:
   LineWalk(const DirectionDecode& decoded, Turns& turns)
-      : decoded_(decoded), turns_(turns), run_rad_(decoded.pitches_px.size()) {}
+      : decoded_(decoded), turns_(turns), run_rad_(decoded.pitches_px.size()), step_rad_(run_rad_.size()) {}
   void step(int x, int y, int before_x, int before_y) {
-    std::vector<double> step_rad;
-    for (const ImageF& phase : decoded_.wrapped_rad)
-      step_rad.push_back(
-          to_half_turn(static_cast<double>(phase(x, y)) - static_cast<double>(phase(before_x, before_y))));
-    const double fine_rad = step_rad[static_cast<std::size_t>(decoded_.finest)];
+    for (std::size_t k = 0; k < step_rad_.size(); ++k) {
+      const ImageF& phase = decoded_.wrapped_rad[k];
+      step_rad_[k] =
+          to_half_turn(static_cast<double>(phase(x, y)) - static_cast<double>(phase(before_x, before_y)));
+    }
+    const double fine_rad = step_rad_[static_cast<std::size_t>(decoded_.finest)];
     const double step_px = fine_rad * decoded_.pitches_px[static_cast<std::size_t>(decoded_.finest)];
     bool goes_on = !last_rad_ || std::abs(fine_rad - *last_rad_) < kBend;
-    for (std::size_t k = 0; k < step_rad.size(); ++k)
-      goes_on = goes_on && std::abs(step_rad[k]) < kLargestStep &&
-                std::abs(step_rad[k] - step_px / decoded_.pitches_px[k]) < kApart;
+    for (std::size_t k = 0; k < step_rad_.size(); ++k)
+      goes_on = goes_on && std::abs(step_rad_[k]) < kLargestStep &&
+                std::abs(step_rad_[k] - step_px / decoded_.pitches_px[k]) < kApart;
     if (!goes_on) return end();
     last_rad_ = fine_rad;
-    for (std::size_t k = 0; k < step_rad.size(); ++k) run_rad_[k] += step_rad[k];
+    for (std::size_t k = 0; k < step_rad_.size(); ++k) run_rad_[k] += step_rad_[k];
   }
   void end() {
     const double fine_rad = run_rad_[static_cast<std::size_t>(decoded_.finest)];
@@ -68,7 +74,7 @@ class LineWalk {
  private:
   const DirectionDecode& decoded_;
   Turns& turns_;
-  std::vector<double> run_rad_;
+  std::vector<double> run_rad_, step_rad_;
   std::optional<double> last_rad_;
 };
 
@@ -111,6 +117,14 @@ double worst_of(const std::vector<double>& told_px, const std::vector<double>& s
   return worst;
 }
 
+/// Returns the turns of the widest pitch that is told.
+double least_turns(const std::vector<double>& turns_rad, const std::vector<double>& told_px) {
+  double least_rad = *std::ranges::max_element(turns_rad);
+  for (std::size_t k = 0; k < told_px.size(); ++k)
+    if (told_px[k] > 0.0) least_rad = std::min(least_rad, turns_rad[k]);
+  return least_rad / kWholeTurn;
+}
+
 }  // namespace
 
 std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded) {
@@ -128,6 +142,7 @@ std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded) {
   PitchRatios out{.pitches_px = told_pitches(all.sum_rad, decoded.pitches_px)};
   if (std::ranges::count_if(out.pitches_px, [](double px) { return px > 0.0; }) < 2) return std::nullopt;
   out.worst = worst_of(out.pitches_px, decoded.pitches_px);
+  out.turns_per_run = least_turns(all.sum_rad, out.pitches_px) / static_cast<double>(all.runs);
   // Jackknife: each pitch without one part, largest of all pitches.
   double used = 0.0;
   std::vector<double> squares(n, 0.0);
@@ -148,7 +163,10 @@ std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded) {
 
 std::optional<std::string> pitch_doubt(const DirectionDecode& decoded) {
   const std::optional<PitchRatios> told = pitch_ratios(decoded);
-  if (!told || told->worst < std::max(kLeastOff, kPitchSigmas * told->sigma)) return std::nullopt;
+  if (!told) return std::nullopt;
+  const double least_off =
+      std::max({kLeastOff, kHarmonicTurns / told->turns_per_run, kPitchSigmas * told->sigma});
+  if (told->worst < least_off) return std::nullopt;
   std::vector<std::string> stated, seen;
   for (std::size_t k = 0; k < told->pitches_px.size(); ++k) {
     if (!(told->pitches_px[k] > 0.0)) continue;
@@ -157,8 +175,7 @@ std::optional<std::string> pitch_doubt(const DirectionDecode& decoded) {
   }
   return fmt::format(
       "direction \"{}\": the phases say that the pitches are as {}, [fringes] pitches_px says {}: {:.2g} % "
-      "off, "
-      "{:.0f} times what the noise allows; only what they are to each other is told, not their scale",
+      "off, {:.0f} times what the noise allows; only what they are to each other is told, not their scale",
       axis_name(decoded.axis), fmt::join(seen, " : "), fmt::join(stated, " : "), 100.0 * told->worst,
       told->worst / std::max(told->sigma, 1e-6));
 }

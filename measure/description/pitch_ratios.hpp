@@ -16,6 +16,9 @@ struct PitchRatios {
   std::vector<double> pitches_px;
   double worst = 0.0;  ///< largest relative difference from what is stated
   double sigma = 0.0;  ///< its standard error, by the scatter of parts of the image
+  /// Fringes of the widest pitch that is told, on average of the runs of pixels that tell it: harmonics move
+  /// the ends of each run, the more relative to it the shorter it is.
+  double turns_per_run = 0.0;
 };
 
 /// Returns what the phases of a direction say of its pitches; nothing with less than two that are told, or
