@@ -123,8 +123,9 @@ void print_summary(const calib::Photometry& p) {
     if (c.black_measured) fmt::print("{}: black level {} DN\n", c.camera, pm(c.black_level_dn, 5));
     if (c.transfer) {
       const auto& t = *c.transfer;
-      fmt::print("{}: {} DN/e- ({} e-/DN) from {}, read noise {} DN\n", c.camera, pm(t.dn_per_electron, 4),
-                 pm(t.electrons_per_dn, 4), c.noise_from, pm(t.read_noise_dn, 3));
+      fmt::print("{}: {} DN/e- ({} e-/DN) from {}, read noise {}\n", c.camera, pm(t.dn_per_electron, 4),
+                 pm(t.electrons_per_dn, 4), c.noise_from,
+                 std::isfinite(t.read_noise_dn.value) ? pm(t.read_noise_dn, 3) + " DN" : "not told");
       fmt::print(
           "{}: noise on its line to {:.1f} % rms ({:.1f} % worst) over {:.0f}...{:.0f} DN; gain changes by "
           "{} over it\n",

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "measure/description/pitch_ratios.hpp"
+#include "measure/swapped_images.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/statistics.hpp"
 
@@ -66,6 +68,17 @@ std::optional<std::string> weak_direction(const Twin& twin, const PointCloud& cl
       px_per_mm[1 - has] / px_per_mm[has]);
 }
 
+/// Adds what may be the cause where most rays do not meet though each camera's images are without a
+/// contradiction: pitches that are others than stated, else images that are another camera's, or mirrored.
+void add_what_rays_say(const Twin& twin, const Measurement& real, std::vector<Doubt>& doubts) {
+  for (const CameraDecode& camera : real.cameras)
+    for (const DirectionDecode& d : camera.directions)
+      if (const auto sentence = mostly_rejected(real.triangulation) ? pitch_doubt(d) : std::nullopt)
+        doubts.push_back({fmt::format("camera \"{}\", {}", camera.camera, *sentence), true});
+  if (!doubts.empty()) return;
+  if (auto sentence = swapped_images(twin, real)) doubts.push_back({std::move(*sentence), true});
+}
+
 }  // namespace
 
 std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
@@ -78,6 +91,7 @@ std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<Came
         images[c], twin.fringes, decode_options(twin, twin.cameras[c], images[c]), real.cameras[c], expected);
     std::move(doubts.begin(), doubts.end(), std::back_inserter(out));
   }
+  if (out.empty()) add_what_rays_say(twin, real, out);
   if (auto sentence = weak_direction(twin, real.cloud)) out.push_back({std::move(*sentence)});
   return out;
 }

@@ -10,6 +10,7 @@
 #include "measure/decode/phase_exr.hpp"
 #include "measure/decode/smooth_coordinates.hpp"
 #include "measure/decode/unwrap.hpp"
+#include "measure/fit/gate_warnings.hpp"
 #include "measure/fit/method_bias.hpp"
 #include "measure/noise_free_coordinates.hpp"
 #include "measure/points/points_ply.hpp"
@@ -63,6 +64,16 @@ void warn_of_light(const Twin& twin, const CameraDecode& decode, std::vector<std
           : "the lit pixels are too few, or too alike in phase, to tell the light of the images"));
 }
 
+/// Says where most of the pixels that could have a point have none.
+void warn_of_rejected(const TriangulationSummary& t, std::vector<std::string>& warnings) {
+  if (mostly_rejected(t))
+    warnings.push_back(fmt::format(
+        "{} of the {} pixels with a match ({:.0f} %) were rejected because their rays give no point; points "
+        "left: {}. The images do not belong to these poses: check the poses of cameras and projector, and "
+        "which images are whose",
+        t.n_rejected, matched_pixels(t), 100.0 * rejected_share(t), t.n_points));
+}
+
 /// Returns the decodes that points are made of, without their mixed pixels.
 std::vector<CameraDecode> unmixed(const Twin& twin, const std::vector<CameraDecode>& decodes,
                                   std::size_t& n_mixed) {
@@ -95,6 +106,8 @@ void triangulate(const Twin& twin, double smoothing_px, Measurement& m) {
     m.warnings.push_back("no point was triangulated: " + std::to_string(m.triangulation.n_candidates) +
                          " decoded pixels, " + std::to_string(m.triangulation.n_no_match) +
                          " without a match, " + std::to_string(m.triangulation.n_rejected) + " rejected");
+  else
+    warn_of_rejected(m.triangulation, m.warnings);
 }
 
 }  // namespace
@@ -182,6 +195,8 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
   m.timing_s["fit"] = fit_watch.elapsed().wall_s;
   for (const ObjectFit& fit : m.fits)
     if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
+  m.gate_warnings = gate_warnings(twin, m.cloud, m.fits);
+  m.warnings.insert(m.warnings.end(), m.gate_warnings.begin(), m.gate_warnings.end());
   return m;
 }
 

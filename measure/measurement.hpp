@@ -22,6 +22,7 @@ struct Measurement {
   std::vector<ObjectFit> fits;
   std::map<std::string, double> timing_s;  ///< decode, match, triangulate, fit
   std::vector<std::string> warnings;
+  std::vector<std::string> gate_warnings;  ///< those of them that fit/gate_warnings.hpp has for the fits
 };
 
 /// Refuses, as measure() would, fringes that cannot be unwrapped over the projector's image. Nothing to check

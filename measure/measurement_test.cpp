@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -130,6 +131,28 @@ TEST(Measurement, ABlackLevelAboveTheImagesIsSaidAndLeavesASigma) {
   EXPECT_NE(m.warnings[0].find("black_level_dn"), std::string::npos) << m.warnings[0];
   bench.twin.cameras[0].sensor.black_level_dn = bench.twin.cameras[1].sensor.black_level_dn = 5.0;
   EXPECT_TRUE(measure(bench.twin, bench.images).warnings.empty());
+}
+
+// A camera turned about its axis: most matches are accidents. What is said counts them as the summary does.
+TEST(Measurement, ManyRejectedPixelsAreSaidWithTheirCounts) {
+  Bench bench;
+  Pose& pose = bench.twin.cameras[1].T_cam_world;
+  pose.rotation = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()).toRotationMatrix() * pose.rotation;
+  const Measurement m = measure(bench.twin, bench.images);
+  const TriangulationSummary& t = m.triangulation;
+  ASSERT_TRUE(mostly_rejected(t)) << t.n_rejected << " of " << matched_pixels(t);
+  ASSERT_GT(t.n_points, 0u);
+  EXPECT_EQ(t.n_points + t.n_rejected, matched_pixels(t));
+  const std::string counts = std::to_string(t.n_rejected) + " of the " +
+                             std::to_string(t.n_points + t.n_rejected) + " pixels with a match (";
+  EXPECT_TRUE(std::ranges::any_of(m.warnings, [&](const std::string& w) {
+    return w.starts_with(counts) &&
+           w.find("points left: " + std::to_string(t.n_points) + ". ") != std::string::npos;
+  })) << counts;
+  const Measurement right = measure(Bench().twin, bench.images);
+  EXPECT_EQ(right.triangulation.n_points + right.triangulation.n_rejected,
+            matched_pixels(right.triangulation));
+  EXPECT_TRUE(right.warnings.empty()) << right.warnings.front();
 }
 
 TEST(Measurement, SmoothingComesFromTheTwin) {

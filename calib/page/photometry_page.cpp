@@ -30,7 +30,10 @@ std::string sensor_table(const Photometry& p) {
     const PhotonTransfer none, &x = c.transfer ? *c.transfer : none;
     const Estimate change{100.0 * x.slope_change.value, 100.0 * x.slope_change.sigma};
     t.add_row({c.camera, pm(x.dn_per_electron), pm(x.electrons_per_dn), pm(x.read_noise_dn),
-               pm(x.read_noise_electrons), c.black_measured ? pm(c.black_level_dn) : "not measured",
+               pm(x.read_noise_electrons),
+               c.black_measured ? pm(c.black_level_dn)
+               : c.black_known  ? "the twin's"
+                                : "not known",
                c.saturation.reached ? report::fixed(c.saturation.level_dn, 0) : "not reached",
                c.transfer ? c.noise_from : "–", c.transfer ? report::number(100.0 * x.residual_rms, 2) : "–",
                pm(change), c.flat ? report::fixed(c.flat->corner, 4) : "–"});

@@ -65,14 +65,16 @@ BlockLine camera_response_line(const ResponseFit& fit) {
 }
 
 /// The file of a map as a key of [camera.sensor], beside photometry.toml; nothing where noise outweighs it.
+/// `black_known`: without the black level the factors of the pixels are no measured ones.
 void add_map_line(BlockLines& lines, const std::string& name, const std::optional<PixelMapEstimate>& map,
-                  double scale, const std::string& unit, const std::string& camera) {
+                  double scale, const std::string& unit, const std::string& camera, bool black_known = true) {
   if (!map || !map->is_told()) return;
   lines.push_back(
       {{name, fmt::format("\"{}\"", pixel_map_file(name, camera)),
         fmt::format(
             "pixels differ by {:.3g} {} rms, each known to ± {:.2g} (noise of the means of {} images)",
-            scale * map->rms, unit, scale * map->noise, map->n_images)}});
+            scale * map->rms, unit, scale * map->noise, map->n_images)},
+       black_known});
 }
 
 BlockLines sensor_lines(const CameraPhotometry& c) {
@@ -86,7 +88,8 @@ BlockLines sensor_lines(const CameraPhotometry& c) {
                     plus_minus(c.black_level_dn) + ", mean of the dark images"}});
   else
     out.push_back({{"black_level_dn", fmt::format("{}", s.black_level_dn),
-                    "the twin's: not measured without dark images"},
+                    c.black_known ? "the twin's: not measured without dark images"
+                                  : "neither measured, without dark images, nor stated in the twin"},
                    false});
   if (c.transfer) {
     const PhotonTransfer& t = *c.transfer;
@@ -94,16 +97,22 @@ BlockLines sensor_lines(const CameraPhotometry& c) {
                     fmt::format("{}; {:.5g} ± {:.2g} DN per electron, from {} over {:.0f}...{:.0f} DN",
                                 plus_minus(t.electrons_per_dn), t.dn_per_electron.value,
                                 t.dn_per_electron.sigma, c.noise_from, t.low_dn, t.high_dn)}});
-    out.push_back({{"read_noise_dn", digits(t.read_noise_dn),
-                    fmt::format("{}, without rounding; {:.2g} electrons{}", plus_minus(t.read_noise_dn),
-                                t.read_noise_electrons.value,
-                                std::isfinite(c.dark_noise_dn.value) ? ", from the dark images" : "")}});
+    if (c.black_known)
+      out.push_back({{"read_noise_dn", digits(t.read_noise_dn),
+                      fmt::format("{}, without rounding; {:.2g} electrons{}", plus_minus(t.read_noise_dn),
+                                  t.read_noise_electrons.value,
+                                  std::isfinite(c.dark_noise_dn.value) ? ", from the dark images" : "")}});
+    else
+      out.push_back(
+          {.key = {},
+           .is_measured = false,
+           .above = "read_noise_dn is not told: it is the noise at the black level, which nothing says"});
   } else if (std::isfinite(c.dark_noise_dn.value)) {
     out.push_back(
         {{"read_noise_dn", digits(c.dark_noise_dn), plus_minus(c.dark_noise_dn) + ", from the dark images"}});
   }
   if (c.response) out.push_back(camera_response_line(*c.response));
-  add_map_line(out, "prnu", c.factors, 100.0, "%", c.camera);
+  add_map_line(out, "prnu", c.factors, 100.0, "%", c.camera, c.black_known);
   add_map_line(out, "dsnu", c.offsets, 1.0, "DN", c.camera);
   return out;
 }
@@ -118,9 +127,11 @@ BlockLines camera_lines(const CameraPhotometry& c, const std::vector<double>& ex
   if (!exposure_factors.empty()) out.push_back({factors_key("exposure_factors", exposure_factors)});
   if (c.flat) {
     const auto& a = c.flat->a;
-    out.push_back({{"vignetting", fmt::format("[{}, {}, {}]", digits(a[0]), digits(a[1]), digits(a[2])),
-                    fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners", a[0].sigma, a[1].sigma,
-                                a[2].sigma, c.flat->corner)}});
+    out.push_back(
+        {{"vignetting", fmt::format("[{}, {}, {}]", digits(a[0]), digits(a[1]), digits(a[2])),
+          fmt::format("± {:.2g}, {:.2g}, {:.2g}; {:.3f} at the corners{}", a[0].sigma, a[1].sigma, a[2].sigma,
+                      c.flat->corner, c.black_known ? "" : ", with a black level of 0")},
+         c.black_known});
   }
   return out;
 }
@@ -223,7 +234,7 @@ Json saturation_json(const CameraPhotometry& c) {
               {"reached", c.saturation.reached},
               {"fraction", c.saturation.fraction}};
   Estimate full_well;
-  if (c.saturation.reached && c.transfer) {
+  if (c.saturation.reached && c.transfer && c.black_known) {
     const double span = c.saturation.level_dn - c.sensor.black_level_dn;
     full_well = {span * c.transfer->electrons_per_dn.value, span * c.transfer->electrons_per_dn.sigma};
   }

@@ -241,8 +241,25 @@ void update_sensor(CameraPhotometry& out) {
     t.read_noise_electrons = {t.read_noise_dn.value * t.electrons_per_dn.value,
                               t.read_noise_dn.sigma * t.electrons_per_dn.value};
   }
+  if (!out.black_known) t.read_noise_dn = t.read_noise_electrons = t.read_variance_dn2 = {};
   out.sensor.electrons_per_dn = t.electrons_per_dn.value;
-  out.sensor.read_noise_dn = t.read_noise_dn.value;
+  if (out.black_known) out.sensor.read_noise_dn = t.read_noise_dn.value;
+}
+
+/// Says what is not told, or wrong, because nothing says the black level.
+void warn_of_unknown_black(const CameraPhotometry& camera, std::vector<std::string>& warnings) {
+  if (camera.black_known) return;
+  std::string without =
+      camera.transfer ? "the read noise, which is the noise at that level, is not told" : "";
+  if (camera.flat)
+    without += std::string(without.empty() ? "" : "; ") +
+               "vignetting and prnu are too small by the black level's share of the gray values, and --into "
+               "leaves them out";
+  if (!without.empty())
+    warnings.push_back(fmt::format(
+        "camera {}: neither dark images nor the twin (black_level_dn is 0) say the black level: {}; give "
+        "--dark, or state black_level_dn",
+        camera.camera, without));
 }
 
 void measure_flat(const CameraFrames& frames, double saturation_dn,
@@ -391,6 +408,8 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     camera.saturation = find_saturation(all, camera.sensor.bit_depth);
     const double saturation = camera.saturation.level_dn;
     add_dark(frames[c].dark, saturation, camera, out.warnings);
+    // Dark images that are cut off at 0 say that it is about 0.
+    camera.black_known = !frames[c].dark.empty() || camera.sensor.black_level_dn > 0.0;
     measure_transfer(twin, frames[c], saturation, camera, out.warnings);
     camera.linearity = exposure_linearity(frames[c]);
     measure_response(frames[c], saturation, camera, out.warnings);
@@ -398,6 +417,7 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     measure_maps(frames[c], saturation, camera, out.warnings);
     measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
     update_sensor(camera);
+    warn_of_unknown_black(camera, out.warnings);
     measure_light(twin, frames[c], camera);
     anything = anything || camera.transfer || camera.response || camera.flat || camera.black_measured ||
                !camera.directions.empty();

@@ -18,7 +18,10 @@ namespace fringetwin::calib::photometry_test {
 namespace {
 
 using namespace testing;
+using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Of one colour of a sensor X, Y and r count from the middle and corners of the whole sensor, as vignetting
 // does: the coefficients are those of the sensor. Tolerance: means over cells of other sizes; half a pixel of
@@ -119,6 +122,45 @@ TEST(Photometry, LightThatNothingTellsHasNoStandardError) {
   EXPECT_EQ(light->sigma[2], kUnknown);
   EXPECT_EQ(light->light_factors[3], 1.0);
   EXPECT_EQ(light->sigma[3], 0.0);
+}
+
+// Of a twin that states none the black level is unknown: a read noise found at level 0 was told as 0 with a
+// sigma of a tenth of the truth.
+TEST(Photometry, WithoutABlackLevelThereIsNoReadNoise) {
+  const TrueSensor s{.electrons_per_dn = 18.0, .read_noise_dn = 1.3, .black_dn = 31.0, .bits = 10};
+  TrueFringes f;
+  f.amplitude_dn = 280.0;
+  std::mt19937_64 random(18);
+  CameraFrames frames;
+  frames.captures = {drawn_fringes(f, s, random)};
+  frames.flat.assign(2, ImageF(kDrawnWidth, kDrawnHeight));
+  for (ImageF& image : frames.flat)
+    for (float& value : image.data) value = expose(300.0, s, random);
+  Twin unstated = photometry_twin(f, s);
+  unstated.cameras[0].sensor.black_level_dn = 0.0;
+  const Photometry none = analyse_photometry(unstated, {frames});
+  ASSERT_TRUE(none.cameras[0].transfer && none.cameras[0].flat);
+  const PhotonTransfer& t = *none.cameras[0].transfer;
+  EXPECT_NEAR(t.electrons_per_dn.value, 18.0, 4.0 * t.electrons_per_dn.sigma);  // a slope: no level enters
+  EXPECT_TRUE(std::isnan(t.read_noise_dn.value));
+  EXPECT_TRUE(std::isnan(t.read_noise_electrons.value));
+  EXPECT_FALSE(none.cameras[0].sensor.read_noise_dn);
+  EXPECT_THAT(none.warnings, Contains(AllOf(HasSubstr("the read noise"), HasSubstr("vignetting and prnu"),
+                                            HasSubstr("give --dark"))));
+
+  const auto read_noise = [&](const Twin& twin) {
+    const Photometry p = analyse_photometry(twin, {frames});
+    EXPECT_THAT(p.warnings, Not(Contains(HasSubstr("the read noise"))));
+    return p.cameras.at(0).transfer.value().read_noise_dn;
+  };
+  const Estimate stated = read_noise(photometry_twin(f, s));
+  EXPECT_NEAR(stated.value, 1.3, 4.0 * stated.sigma);
+  EXPECT_LT(stated.sigma, 0.2);
+  frames.dark.assign(4, ImageF(kDrawnWidth, kDrawnHeight));
+  for (ImageF& image : frames.dark)
+    for (float& value : image.data) value = expose(0.0, s, random);
+  const Estimate measured = read_noise(unstated);
+  EXPECT_NEAR(measured.value, 1.3, 4.0 * measured.sigma);
 }
 
 TEST(Photometry, RefusesInOneSentence) {

@@ -42,6 +42,19 @@ struct TriangulationSummary {
   double residual_rms_px = 0.0;  ///< disagreement of the two directions; 0 with one direction
 };
 
+/// Returns how many pixels have a match: each has a point or was rejected. With a projector all candidates.
+inline std::size_t matched_pixels(const TriangulationSummary& summary) {
+  return summary.n_candidates - summary.n_no_match;
+}
+/// Returns the share of the pixels with a match that were rejected all the same; 0 without a match.
+inline double rejected_share(const TriangulationSummary& summary) {
+  const std::size_t matched = matched_pixels(summary);
+  return matched == 0 ? 0.0 : static_cast<double>(summary.n_rejected) / static_cast<double>(matched);
+}
+/// Returns whether more than half were: of right twins a few percent are, at steps of the depth and where the
+/// rays hardly cross, and neither noise nor steps do more.
+inline bool mostly_rejected(const TriangulationSummary& summary) { return rejected_share(summary) > 0.5; }
+
 /// Triangulates two cameras: left pixel <-> right sub-pixel position of equal absolute coordinate on the
 /// epipolar curve of the DISTORTED right image (bicubic interpolation of the coordinate map, Newton along the
 /// curve), then the midpoint-free two-ray triangulation. Cameras 0 and 1 of the twin.

@@ -101,7 +101,8 @@ std::string outcome_line(const PointOutcome& o) {
                     {"reason", o.reason},
                     {"numbers", o.numbers},  // what is not finite becomes null
                     {"seconds", o.seconds},
-                    {"traced", o.traced}});
+                    {"traced", o.traced},
+                    {"gate_warnings", o.gate_warnings}});
 }
 
 PointOutcome outcome_of(const Json& line) {
@@ -112,6 +113,8 @@ PointOutcome outcome_of(const Json& line) {
     out.numbers[item.key()] = item.value().is_null() ? kNaN : item.value().get<double>();
   out.seconds = line.at("seconds");
   out.traced = line.at("traced");
+  if (line.contains("gate_warnings"))  // logs of attempts that an earlier version wrote have none
+    out.gate_warnings = line.at("gate_warnings").get<std::vector<std::string>>();
   return out;
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study/kind/kept_points.hpp"
 
+#include <fmt/format.h>
+
+#include "twin/base/progress.hpp"
+
 namespace fringetwin::study {
 namespace {
 
@@ -27,8 +31,27 @@ KeptPoints::Planned KeptPoints::plan(const PointSequence& points) {
 }
 
 void KeptPoints::run(const Planned& planned) {
-  summary_.add(engine_.run(task_, planned.points, planned.done,
-                           [&](const PointOutcome& outcome) { store_.record({outcome}); }));
+  summary_.add(engine_.run(task_, planned.points, planned.done, [&](const PointOutcome& outcome) {
+    store_.record({outcome});
+    tell_first_gate_warnings(outcome);
+  }));
+}
+
+// The engine hands over outcomes one by one, in this thread, wherever the points ran.
+void KeptPoints::tell_first_gate_warnings(const PointOutcome& outcome) {
+  if (outcome.gate_warnings.empty() || ++with_gate_warnings_ > 1) return;
+  for (const std::string& sentence : outcome.gate_warnings)
+    warn(fmt::format("point {}: {}", outcome.id, sentence));
+}
+
+void KeptPoints::tell_later_gate_warnings() const {
+  if (with_gate_warnings_ < 2) return;
+  warn(
+      fmt::format("{} more point{} of the study {} such warnings: record fits.NAME.measured.n_gated to see "
+                  "how many points "
+                  "each fit had",
+                  with_gate_warnings_ - 1, with_gate_warnings_ == 2 ? "" : "s",
+                  with_gate_warnings_ == 2 ? "has" : "have"));
 }
 
 std::vector<PointOutcome> KeptPoints::run(const PointSequence& points, const Outlook& outlook) {

@@ -32,14 +32,19 @@ class KeptPoints {
   /// which are the same after any interruption. `outlook`: how far the study is. Throws as the engine does.
   std::vector<PointOutcome> run(const PointSequence& points, const Outlook& outlook = {});
 
+  /// Says of how many points there were gate warnings after the first one, whose were told when it came.
+  void tell_later_gate_warnings() const;
   /// Returns the counts of all that was run here.
   const EngineSummary& summary() const { return summary_; }
 
  private:
+  void tell_first_gate_warnings(const PointOutcome& outcome);
+
   PointTask task_;
   Engine& engine_;
   StudyStore& store_;
   EngineSummary summary_;
+  std::size_t with_gate_warnings_ = 0;  ///< points
 };
 
 }  // namespace fringetwin::study

@@ -132,6 +132,7 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   if (kind.has_result()) write_text_file(result, json);
   tell(run, kind.tell(study, points.summary()) + traces_text(points.summary()));
   warn_of_failures(study);
+  points.tell_later_gate_warnings();
   say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
   write_report(run, kind.report(study));
   begin_output(run.out, {kUnfinished, kUnfinishedPage}, Writers::several);  // --so-far, shown while it ran

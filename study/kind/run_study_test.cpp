@@ -20,6 +20,7 @@ using ::testing::HasSubstr;
 class QuickEngine final : public Engine {
  public:
   bool fails = false;
+  std::int64_t first_outside_gate = 1000;  ///< id of the first point that has a gate warning
   std::size_t most = 1000;
   EngineSummary run(const PointTask&, const std::vector<PlannedPoint>& plan,
                     const std::set<std::int64_t>& done,
@@ -30,6 +31,8 @@ class QuickEngine final : public Engine {
       if (summary.finished == most) throw Cancelled();
       PointOutcome outcome{p.point.id, fails, fails ? "it is dark" : "", {}, 0.5, true};
       if (!fails) outcome.numbers["id"] = static_cast<double>(p.point.id);
+      if (p.point.id >= first_outside_gate)
+        outcome.gate_warnings = {"ball: the gate cuts point " + std::to_string(p.point.id)};
       finished(outcome);
       summary.count(outcome);
     }
@@ -166,6 +169,25 @@ TEST_F(RunStudyTest, JsonOfAKindWithoutAResultIsItsTable) {
   EXPECT_EQ(table["points"][3],
             nlohmann::json::parse(R"({"id": 3, "settings": {}, "noise_seed": 1, "status": "done",
                                                           "reason": "", "results": {"id": 3.0}})"));
+}
+
+// Of a thousand points whose gates are too small nobody wants to read a thousand sentences.
+TEST_F(RunStudyTest, TellsTheGateWarningsOfTheFirstPointAndHowManyMore) {
+  const auto stderr_of_a_run = [&] {
+    ::testing::internal::CaptureStderr();
+    run();
+    return ::testing::internal::GetCapturedStderr();
+  };
+  engine_.first_outside_gate = 1;
+  const std::string three = stderr_of_a_run();
+  EXPECT_THAT(three, HasSubstr("warning: point 1: ball: the gate cuts point 1\n"));
+  EXPECT_THAT(three, ::testing::Not(HasSubstr("the gate cuts point 2")));
+  EXPECT_THAT(three, HasSubstr("warning: 2 more points of the study have such warnings"));
+  std::filesystem::remove(folder_ / "out/study.db");
+  engine_.first_outside_gate = 3;
+  const std::string one = stderr_of_a_run();
+  EXPECT_THAT(one, HasSubstr("point 3: ball"));
+  EXPECT_THAT(one, ::testing::Not(HasSubstr("more points")));
 }
 
 TEST_F(RunStudyTest, WithoutAMeasuredPointItIsNoSuccess) {

@@ -67,6 +67,8 @@ struct PointOutcome {
   double seconds = 0.0;
   bool traced = true;             ///< false: the light came from another point's trace
   std::string host{}, version{};  ///< where it ran and by which program; empty: here, by this one
+  /// What was said of its fits: measure::Measurement::gate_warnings. Not kept in the store.
+  std::vector<std::string> gate_warnings{};
 
   /// Returns the recorded number; NaN also where it was not recorded.
   double number(const std::string& name) const {

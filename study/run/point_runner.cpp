@@ -35,7 +35,7 @@ PointOutcome PointRunner::run(const PlannedPoint& planned) {
   const auto start = std::chrono::steady_clock::now();
   PointOutcome out{.id = planned.point.id, .traced = false};
   try {
-    out.numbers = numbers(planned, &out.traced);
+    out.numbers = numbers(planned, out);
     any_measured_ = true;
   } catch (const Cancelled&) {
     throw;
@@ -82,7 +82,7 @@ void PointRunner::trace(const PlannedPoint& planned) {
   }
 }
 
-std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, bool* traced) {
+std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, PointOutcome& out) {
   load(planned.point);
   if (!keys_ || keys_->trace != planned.keys.trace || demand_ != planned.demand) {
     keys_.reset();
@@ -90,7 +90,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
     rendered_.clear();
     trace(planned);
     demand_ = planned.demand;
-    *traced = true;
+    out.traced = true;
   }
   if (!keys_ || keys_->form != planned.keys.form) {
     keys_.reset();
@@ -100,7 +100,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
       rendered_ = render::render_all(renderer_, *twin_, planned.point.seed);
     } else if (traces_.empty()) {  // the point before had none
       trace(planned);
-      *traced = true;
+      out.traced = true;
     }
     for (std::size_t i = 0; i < traces_.size(); ++i) {
       if (render::holds_any_steps(*twin_)) render::set_pattern(*twin_, &traces_[i]);
@@ -113,6 +113,7 @@ std::map<std::string, double> PointRunner::numbers(const PlannedPoint& planned, 
   const std::vector<CameraImages> images = render::expose_all(rendered_, *twin_, planned.point.seed);
   const Twin& known = rig_ ? rig_->measuring(planned.point.settings) : *twin_;
   measure::Measurement measurement = measure::measure(known, images);
+  out.gate_warnings = measurement.gate_warnings;
   if (known.measure.correct_pixel_area && !rig_) {  // a rig of its own has images that the twin does not know
     std::vector<CameraImages> irradiance;
     for (const render::RenderedCamera& camera : rendered_) irradiance.push_back(render::as_radiance(camera));

@@ -39,7 +39,8 @@ class PointRunner {
   const std::vector<render::RenderedCamera>& rendered() const { return rendered_; }
 
  private:
-  std::map<std::string, double> numbers(const PlannedPoint& planned, bool* traced);
+  /// Returns the numbers; fills in whether light was traced, and what is said of the fits.
+  std::map<std::string, double> numbers(const PlannedPoint& planned, PointOutcome& out);
   void load(const StudyPoint& point);
   void trace(const PlannedPoint& planned);
   static bool forms_images_of_a_trace(const Twin& twin);

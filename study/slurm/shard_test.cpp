@@ -214,6 +214,21 @@ TEST(Attempts, ATornLineIsNoneAndGarbageIsNamed) {
                                          HasSubstr(":5: is no")));
 }
 
+TEST(Attempts, KeepTheGateWarningsOfAPoint) {
+  const testing::ScratchFolder folder;
+  PointOutcome told = outcome(1, 2.0);
+  told.gate_warnings = {"ball: few points", "wall: few points"};
+  AttemptLog(folder.path(), 0, {"7_0", "a", "1", 0}).finished(told);
+  // A log of an earlier version has none.
+  folder.write("shard-1.attempt-0.jsonl",
+               R"({"id": 2, "failed": false, "reason": "", "numbers": {}, "seconds": 1, "traced": true})"
+               "\n");
+  const AttemptNews news = AttemptReader(folder.path()).read();
+  ASSERT_THAT(news.outcomes, SizeIs(2));
+  for (const PointOutcome& o : news.outcomes)
+    EXPECT_EQ(o.gate_warnings, o.id == 1 ? told.gate_warnings : std::vector<std::string>());
+}
+
 TEST(Attempts, OfStrangersAreLeftOut) {
   const testing::ScratchFolder folder;
   std::string lines =
