@@ -62,21 +62,19 @@ std::optional<std::string> weak_direction(const Twin& twin, const PointCloud& cl
   if (px_per_mm[has] >= kTellsLess * px_per_mm[1 - has]) return std::nullopt;
   return fmt::format(
       "directions = [\"{}\"]: a millimetre of depth moves these fringes by {:.2g} px of the projector and "
-      "fringes along \"{}\" "
-      "by {:.2g} px, so that the depth would be {:.0f} times as exact: is that what was projected?",
+      "fringes along \"{}\" by {:.2g} px, so that the depth would be {:.0f} times as exact: is that what was "
+      "projected?",
       has == 0 ? "x" : "y", px_per_mm[has], has == 0 ? "y" : "x", px_per_mm[1 - has],
       px_per_mm[1 - has] / px_per_mm[has]);
 }
 
-/// Adds what may be the cause where most rays do not meet though each camera's images are without a
-/// contradiction: pitches that are others than stated, else images that are another camera's, or mirrored.
-void add_what_rays_say(const Twin& twin, const Measurement& real, std::vector<Doubt>& doubts) {
+std::vector<Doubt> pitch_doubts(const Measurement& real) {
+  std::vector<Doubt> doubts;
   for (const CameraDecode& camera : real.cameras)
     for (const DirectionDecode& d : camera.directions)
-      if (const auto sentence = mostly_rejected(real.triangulation) ? pitch_doubt(d) : std::nullopt)
+      if (const auto sentence = pitch_doubt(d))
         doubts.push_back({fmt::format("camera \"{}\", {}", camera.camera, *sentence), true});
-  if (!doubts.empty()) return;
-  if (auto sentence = swapped_images(twin, real)) doubts.push_back({std::move(*sentence), true});
+  return doubts;
 }
 
 }  // namespace
@@ -91,7 +89,11 @@ std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<Came
         images[c], twin.fringes, decode_options(twin, twin.cameras[c], images[c]), real.cameras[c], expected);
     std::move(doubts.begin(), doubts.end(), std::back_inserter(out));
   }
-  if (out.empty()) add_what_rays_say(twin, real, out);
+  // Pitches that are others than stated make wrong fringe orders, which an origin elsewhere seems to mend.
+  if (!out.empty() || mostly_rejected(real.triangulation))
+    if (std::vector<Doubt> pitches = pitch_doubts(real); !pitches.empty()) out = std::move(pitches);
+  if (out.empty())
+    if (auto sentence = swapped_images(twin, real)) out.push_back({std::move(*sentence), true});
   if (auto sentence = weak_direction(twin, real.cloud)) out.push_back({std::move(*sentence)});
   return out;
 }

@@ -68,5 +68,12 @@ TEST(DescriptionWarnings, ExchangedCameras) {
   EXPECT_THAT(rig.doubts(), ::testing::ElementsAre(HasSubstr("\" exchanged it would be")));
 }
 
+TEST(DescriptionWarnings, AWrongPitchIsNamedAndNoOriginThatSeemsToMendIt) {
+  Rig rig;
+  rig.shown.directions.at(0).pitches_px.at(1) *= 1.004;
+  EXPECT_THAT(rig.doubts(),
+              AllOf(::testing::Not(::testing::IsEmpty()), ::testing::Each(HasSubstr("pitches_px says"))));
+}
+
 }  // namespace
 }  // namespace fringetwin::measure::description_warnings_test
