@@ -25,14 +25,16 @@
 #include "compare/phase/phase_budget.hpp"
 #include "compare/phase/phase_rows.hpp"
 #include "compare/phase/shift_field.hpp"
+#include "compare/refine/refined_budget.hpp"
 #include "compare/result/milestones.hpp"
 #include "compare/strangers/other_surfaces.hpp"
-#include "compare/verdict/calibration_budget.hpp"
+#include "compare/verdict/calibration_covariance.hpp"
 #include "compare/verdict/coverage.hpp"
 #include "compare/verdict/explain_code.hpp"
 #include "compare/verdict/explained.hpp"
 #include "compare/verdict/indicators.hpp"
 #include "compare/verdict/limits.hpp"
+#include "compare/verdict/rig_budget.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/captures/measured_steps.hpp"
 
@@ -112,8 +114,8 @@ void take_code(std::optional<CodeVerdict> code, const GrayPair& pair, const Frin
 }
 
 CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simulated,
-                          const CompareOptions& options, const CalibrationBudget* calibration,
-                          Milestones& progress, Comparison& out) {
+                          const CompareOptions& options, const RigBudget* rig, Milestones& progress,
+                          Comparison& out) {
   CauseSamples samples;
   bool any_code = false;
   const std::vector<GrayPair> pairs = pair_gray(twin, real, simulated, options, out.warnings);
@@ -150,7 +152,7 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     const OwnOfPixels own = own_of_pixels(twin, options, c);
     const ShapeInView shape{options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0};
     ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
-                                    calibration ? &calibration->irradiance[c] : nullptr,
+                                    rig ? RigVariance{&rig->irradiance[c], rig->line} : RigVariance{},
                                     seen_pixels(real_decode, simulated_decode), own, shape);
     if (!fit.row.usable && row.state != kNotCompared)  // along a provisional line nothing is explained
       row.worsen(kNotExplained, fit.row.why);
@@ -330,8 +332,7 @@ void predict_brightness(const Twin& twin, std::size_t camera, const Side& real, 
 /// Fills the phase tables, with their budgets or without. Returns whether the real fringes lie so far beside
 /// the twin's that no cause can be fitted to gray values.
 bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
-                   const CalibrationBudget* calibration, bool with_budgets, Milestones* progress,
-                   Comparison& out) {
+                   const RigBudget* rig, bool with_budgets, Milestones* progress, Comparison& out) {
   bool is_far_off = false;
   out.phase = phase_rows(twin, *real.measurement, *simulated.measurement);
   auto phase = out.phase.cbegin();  // has the same cameras and directions in the same order
@@ -355,9 +356,10 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
       }
       const TextureShift texture =
           texture_shift(r, *s, twin.cameras[c].texture.get(), twin.cameras[c].pixel_side_px());
-      out.explained.push_back(explain_phase(real_decode->camera, r, *s, interior, texture, rendering,
-                                            calibration ? &calibration->phase_rad2[c][d] : nullptr, seen,
-                                            {options.shape_noise.get(), c}));
+      out.explained.push_back(
+          explain_phase(real_decode->camera, r, *s, interior, texture, rendering,
+                        rig ? RigVariance{&rig->phase_rad2[c][d], rig->line} : RigVariance{}, seen,
+                        {options.shape_noise.get(), c}));
       if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior, texture))
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
       if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)
@@ -374,24 +376,22 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
   return is_far_off;
 }
 
-/// Returns the budget of the calibration; null where none is asked for, or nothing real is there to hold it
-/// against.
-std::optional<CalibrationBudget> calibration_of(const Twin& twin, const Side& real, const Side& simulated,
-                                                const CompareOptions& options, Comparison& out) {
+/// Returns the budget of the calibration; nothing where none is asked for, or nothing real is there to hold
+/// it against. With `warnings` of what is in none.
+std::optional<RigBudget> calibration_of(const Twin& twin, const Side& real, const Side& simulated,
+                                        const CompareOptions& options, std::vector<std::string>& warnings) {
   if (!twin.calibration_uncertainty || (real.images.empty() && twin.real.results.empty()))
     return std::nullopt;
   if (!options.renderer) {
-    out.warnings.emplace_back(
+    warnings.emplace_back(
         "[uncertainty] calibration is in no budget: that takes renderings of changed rigs, which `cosim` "
         "makes");
     return std::nullopt;
   }
-  CalibrationBudget budget = calibration_budget(
-      twin, options.calibration ? *options.calibration : read_calibration_covariance(twin), *options.renderer,
-      render::choose_sampling(twin, options.render.value_or(twin.render)), options.seed, options.use_steps,
-      simulated.irradiance);
-  out.warnings.insert(out.warnings.end(), budget.warnings.begin(), budget.warnings.end());
-  return budget;
+  return rig_budget(
+      twin,
+      one_sigma_away(twin, options.calibration ? *options.calibration : read_calibration_covariance(twin)),
+      kCalibrationLine, rig_budget_options(twin, simulated, options));
 }
 
 std::vector<NoiseRow> all_noise_rows(const Twin& twin, const Side& real, const Side& simulated,
@@ -408,10 +408,18 @@ std::vector<NoiseRow> all_noise_rows(const Twin& twin, const Side& real, const S
   return all;
 }
 
-}  // namespace
+/// A comparison up to its verdicts, and what its causes are fitted to.
+struct Judged {
+  Comparison comparison;
+  CauseSamples samples = {};
+  bool is_far_off = false;  ///< no cause can be fitted to gray values
+};
 
-Comparison compare(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options) {
-  Comparison out;
+/// Compares two sides. `rig`: what is uncertain of the rig; null: nothing.
+Judged judge(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
+             const RigBudget* rig) {
+  Judged judged;
+  Comparison& out = judged.comparison;
   out.refinement = options.refinement;
   out.held_out = options.held_out;
   for (const Side* side : {&real, &simulated})
@@ -420,19 +428,18 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
         out.warnings.push_back((side == &real ? "real: " : "simulated: ") + warning);
   if (out.refinement)
     out.warnings.insert(out.warnings.end(), out.refinement->warnings.begin(), out.refinement->warnings.end());
+  if (rig) std::ranges::copy(rig->warnings, std::back_inserter(out.warnings));
   Milestones progress("compare",
                       2 * twin.cameras.size() + 3);  // gray and phase of each camera, and what is around
   out.fits = fit_rows(twin, real, simulated, out.warnings);
   out.indicators = indicators(twin, out.fits);
   if (real.measurement) add_light_rows(*real.measurement, "real", out.light);
   if (simulated.measurement) add_light_rows(*simulated.measurement, "simulated", out.light);
-  const std::optional<CalibrationBudget> budget = calibration_of(twin, real, simulated, options, out);
-  const CalibrationBudget* calibration = budget ? &*budget : nullptr;
   progress.step();
-  CauseSamples samples = compare_gray(twin, real, simulated, options, calibration, progress, out);
+  judged.samples = compare_gray(twin, real, simulated, options, rig, progress, out);
   out.noise = all_noise_rows(twin, real, simulated, options);
-  const bool is_far_off = real.measurement && simulated.measurement &&
-                          compare_phase(twin, real, simulated, options, calibration, true, &progress, out);
+  judged.is_far_off = real.measurement && simulated.measurement &&
+                      compare_phase(twin, real, simulated, options, rig, true, &progress, out);
   progress.step();
   out.coverage = coverage_rows(twin, real, simulated);
   for (ExplainedRow& row : explain_coverage(twin, out.coverage)) out.explained.push_back(std::move(row));
@@ -441,7 +448,7 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   for (const OtherSurfaceRow& surface : out.other_surfaces)
     out.warnings.push_back(surface.camera + ": " + surface.why);
   for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
-  for (ExplainedRow& row : explain_geometry(out.fits, calibration)) out.explained.push_back(std::move(row));
+  for (ExplainedRow& row : explain_geometry(out.fits, rig)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);
   std::vector<OwnKinds> own;
   for (const GainRow& row : out.gain)
@@ -449,7 +456,28 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
       if (twin.cameras[c].name == row.camera) own.push_back(own_of_pixels(twin, options, c).kinds);
   trust_gains(out, own);
   progress.finish();
-  look_for_causes(twin, options, std::move(samples), options.shows_other_fringes || is_far_off, out);
+  return judged;
+}
+
+}  // namespace
+
+Comparison compare(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options) {
+  std::vector<std::string> warnings;
+  std::optional<RigBudget> rig = calibration_of(twin, real, simulated, options, warnings);
+  const auto add_refined = [&rig](const RigBudget& refined) {
+    rig = rig ? together(std::move(*rig), refined) : refined;
+  };
+  if (options.refined_budget) add_refined(*options.refined_budget);
+  Judged judged = judge(twin, real, simulated, options, rig ? &*rig : nullptr);
+  if (!options.refined_budget)
+    if (const auto refined = refined_budget(twin, simulated, options, judged.comparison.explained)) {
+      add_refined(*refined);
+      judged = judge(twin, real, simulated, options, &*rig);
+    }
+  Comparison out = std::move(judged.comparison);
+  std::ranges::move(warnings, std::back_inserter(out.warnings));
+  look_for_causes(twin, options, std::move(judged.samples), options.shows_other_fringes || judged.is_far_off,
+                  out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)
@@ -462,7 +490,7 @@ std::vector<ExplainedRow> explain_phases(const Twin& twin, const Side& real, con
                                          const CompareOptions& options) {
   Comparison out;
   if (real.measurement && simulated.measurement)
-    compare_phase(twin, real, simulated, options, nullptr, false, nullptr, out);
+    compare_phase(twin, real, simulated, options, options.refined_budget.get(), false, nullptr, out);
   return std::move(out.explained);
 }
 

@@ -9,6 +9,7 @@
 #include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine.hpp"
 #include "compare/refine/refine_guard.hpp"
+#include "compare/refine/refined_budget.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "compare/verdict/shape_noise.hpp"
 #include "cosim/brightness.hpp"
@@ -145,7 +146,8 @@ void simulate_side(Run& run, const RenderRequest& request) {
 
 /// Returns the rows of the verdict that a refinement must not make worse.
 std::vector<compare::ExplainedRow> guarded_rows(const Run& run) {
-  std::vector<compare::ExplainedRow> rows = compare::measured_rows(run.twin, run.real, run.simulated);
+  std::vector<compare::ExplainedRow> rows =
+      compare::measured_rows(run.twin, run.real, run.simulated, run.options.refined_budget.get());
   for (compare::ExplainedRow& row : compare::explain_phases(run.twin, run.real, run.simulated, run.options))
     rows.push_back(std::move(row));
   return rows;
@@ -165,6 +167,7 @@ void refine(Run& run, const CosimRequest& request) {
   };
   run.options.refinement = std::move(refined.report);
   if (run.options.refinement->taken_back) return keep_changes(run.twin, refined.twin);
+  run.options.one_error_away = std::move(refined.one_error_away);
   const std::vector<compare::ExplainedRow> before_rows = guarded_rows(run);
   const Twin before = std::exchange(run.twin, std::move(refined.twin));
   const compare::Side simulated = std::exchange(run.simulated, {});
@@ -174,7 +177,11 @@ void refine(Run& run, const CosimRequest& request) {
   simulate_side(run, request.render);  // tells what each pixel has of its own, too
   keep_changes(before, run.twin);
   measure_real(run, &before);
-  const std::vector<compare::ExplainedRow> after_rows = guarded_rows(run);
+  std::vector<compare::ExplainedRow> after_rows = guarded_rows(run);
+  if (auto budget = compare::refined_budget(run.twin, run.simulated, run.options, after_rows)) {
+    run.options.refined_budget = std::make_shared<const compare::RigBudget>(std::move(*budget));
+    after_rows = guarded_rows(run);
+  }
   const std::string worse = compare::what_got_worse({.rows = before_rows}, {.rows = after_rows});
   if (worse.empty()) {
     compare::Refinement& report = *run.options.refinement;
@@ -187,6 +194,8 @@ void refine(Run& run, const CosimRequest& request) {
   compare::take_back(back, before, worse);
   run.twin = before;
   run.options.refinement = std::move(back.report);
+  run.options.one_error_away.clear();
+  run.options.refined_budget.reset();
   keep_changes(before, before);
   run.simulated = simulated;
   run.noise_free = noise_free;

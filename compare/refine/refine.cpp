@@ -15,7 +15,9 @@
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/asked_parameters.hpp"
 #include "compare/refine/refine_guard.hpp"
+#include "compare/refine/refine_notes.hpp"
 #include "compare/refine/refine_start.hpp"
+#include "compare/refine/refined_budget.hpp"
 #include "compare/refine/says_now_and_then.hpp"
 #include "compare/refine/settled_harmonics.hpp"
 #include "compare/verdict/explain_code.hpp"
@@ -28,7 +30,6 @@ namespace fringetwin::compare {
 namespace {
 
 constexpr std::size_t kPixels = 40'000;  ///< per camera
-constexpr double kHighCorrelation = 0.98;
 
 /// Returns whether this is a term of a field over the projector's image, which is fitted by its places.
 bool is_of_field(const Parameter& p) { return p.group == "projector_field" || p.group == "harmonics_field"; }
@@ -100,11 +101,9 @@ class Refiner {
       out.report.chi2_after = parameters_.empty() ? fit.chi2_of_all() : fit.chi2();
       return out;
     }
-    // both with the scale of the start, or the robust sums would not compare
-    sensitivity_.set_scale(scale);
     std::vector<std::string> lights;
-    for (const GridSamples& s : sensitivity_.samples()) add_light_of_code(s, lights);
-    keep_what_is_better(start, fit, as_written, out);
+    for (const GridSamples& s : sensitivity_.samples()) note_light_of_code(s, twin_, lights);
+    keep_what_is_better({start, scale}, {fit, sensitivity_.scale()}, as_written, out);
     if (!out.report.taken_back) std::ranges::move(lights, std::back_inserter(out.report.notes));
     return out;
   }
@@ -356,14 +355,29 @@ class Refiner {
                     p.unit.empty() ? "" : " " + p.unit));
   }
 
+  /// A fit, and the robust scale that it chose.
+  struct Scaled {
+    GroupFit& fit;
+    std::vector<double> scale;
+  };
+
   /// Takes the fit back where something got worse by it.
-  void keep_what_is_better(GroupFit& start, GroupFit& fit, const Twin& as_written, Refined& out) {
+  void keep_what_is_better(Scaled start, Scaled fit, const Twin& as_written, Refined& out) {
     const bool moved_things =
         std::ranges::any_of(parameters_, [](const Parameter& p) { return is_geometric(p.group); });
-    const auto standing = [&](GroupFit& of) {
+    const auto standing = [&](const Scaled& scaled) {
+      GroupFit& of = scaled.fit;
+      // light with its own scale: the gain goes by what a wider one takes for noise, pixels on edges above
+      // all
+      sensitivity_.set_scale(scaled.scale);
       if (!provisional_) of.settle_sensors();  // Huber's weights: of its own gain, not of the other twin's
-      Standing s{.chi2 = of.chi2_of_all(), .n = of.n_of_all(), .shift = of.shift_in_regions()};
-      s.light = of.light_in_regions();
+      Standing s{.light = of.light_in_regions()};
+      // sums of squares with the scale of the start, or they would not compare
+      sensitivity_.set_scale(start.scale);
+      if (!provisional_) of.settle_sensors();
+      s.chi2 = of.chi2_of_all();
+      s.n = of.n_of_all();
+      s.shift = of.shift_in_regions();
       s.fits_light = !moved_things;
       s.scatters = std::ranges::any_of(sensitivity_.samples(),
                                        [](const GridSamples& c) { return c.scatter_dn2.size() > 0; });
@@ -380,8 +394,7 @@ class Refiner {
         !(out.twin.projector->least_blur_px() > 0.0))
       worse =
           "the blur's variance would be negative somewhere in the projector's image; where only a part of it "
-          "is "
-          "seen, refine blur with projector.blur_field_px2.u and projector.blur_field_px2.v alone";
+          "is seen, refine blur with projector.blur_field_px2.u and projector.blur_field_px2.v alone";
     if (!worse.empty()) take_back(out, as_written, worse);
   }
 
@@ -397,62 +410,29 @@ class Refiner {
       report_.rows.push_back({p.name, p.unit, p.shown(p.start), p.shown(values[k]),
                               p.shown_sigma(values[k], fit.known()[k].sigma)});
     }
-    note_correlations(fit, told);
+    note_correlations(fit, told, report_);
     Refined out{fit.twin(), {}};
     for (std::size_t c = 0; c < sensitivity_.samples().size(); ++c)
       keep_sensor(c, fit.sensor_sigma(c), out.twin);
     report_.lines.resize(twin_.cameras.size());
     for (const GridSamples& s : sensitivity_.samples())
       report_.lines[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
-    if (report_.own.any()) note_texture(out.twin);
+    if (report_.own.any()) note_texture(sensitivity_.samples(), report_, out.twin);
+    out.one_error_away = places_one_error_away(out.twin, told);
     out.report = std::move(report_);
     return out;
   }
 
-  /// Says which image of a code has the most other light, which no key was asked to hold.
-  void add_light_of_code(const GridSamples& s, std::vector<std::string>& notes) const {
-    const auto off = [&](std::size_t k) { return std::abs(s.light_of(k) - 1.0); };
-    const auto most = std::ranges::max_element(s.lit_apart, {}, off);
-    if (most == s.lit_apart.end() || !(off(*most) > kLeastOtherLight)) return;
-    notes.push_back(fmt::format(
-        "{}: the images of the code have light of their own, image {} most of all: {:+.2f} % (fitted beside "
-        "what was asked for, and not kept)",
-        twin_.cameras[s.camera].name, s.images[*most], 100.0 * (s.light_of(*most) - 1.0)));
-  }
-
-  void note_texture(Twin& twin) {
-    for (const GridSamples& s : sensitivity_.samples()) {
-      Camera& camera = twin.cameras[s.camera];
-      camera.texture_file = "texture_" + camera.name + ".exr";  // beside refined.toml
-    }
-    const OwnKinds& own = report_.own;
-    report_.texture = report_.lines;
-    report_.notes.push_back(fmt::format(
-        "every pixel's {} taken from the capture: {} held at the twin's, and neither {} nor what is "
-        "common to all images of a pixel is evidence",
-        own.factor && own.offset ? "brightness and offset are"
-        : own.factor             ? "brightness is"
-                                 : "offset is",
-        own.factor && own.offset ? "gain and black level are"
-        : own.factor             ? "the gain is"
-                                 : "the black level is",
-        own.factor && own.offset ? "they" : "it"));
-  }
-
-  void note_correlations(const GroupFit& fit, const std::vector<std::size_t>& told) {
-    const auto m = static_cast<Eigen::Index>(told.size());
-    report_.covariance = Eigen::MatrixXd(m, m);
-    for (Eigen::Index i = 0; i < m; ++i)
-      for (Eigen::Index j = 0; j < m; ++j) {
-        const GroupFit::Known &a = fit.known()[told[i]], &b = fit.known()[told[j]];
-        const double r = fit.covariance()(told[i], told[j]) / a.noise_sigma / b.noise_sigma;
-        report_.covariance(i, j) = r * a.sigma * b.sigma;
-        // what images do not tell of expected ones is taken for none
-        const bool is_taken = parameters_[told[i]].expected > 0.0 && parameters_[told[j]].expected > 0.0;
-        if (j < i && std::abs(r) > kHighCorrelation && !is_taken)
-          report_.notes.push_back(fmt::format("{} and {} are told apart poorly (correlation {:+.3f})",
-                                              parameters_[told[j]].name, parameters_[told[i]].name, r));
+  /// Returns the twin as fitted with its places changed as their standard errors allow.
+  std::vector<Twin> places_one_error_away(const Twin& fitted, const std::vector<std::size_t>& told) const {
+    std::vector<Parameter> places;
+    std::vector<Eigen::Index> at;
+    for (std::size_t i = 0; i < told.size(); ++i)
+      if (const Parameter& p = parameters_[told[i]]; is_geometric(p.group) && p.change) {
+        places.push_back(p);
+        at.push_back(static_cast<Eigen::Index>(i));
       }
+    return one_error_away(fitted, places, report_.covariance(at, at));
   }
 
   void keep_sensor(std::size_t index, const Eigen::Vector2d& sigma_dn, Twin& twin) {
@@ -483,17 +463,29 @@ class Refiner {
   Refinement report_;
 };
 
-/// Returns whether a fit by the fringes left them nothing, and the light of regions another: of what fringes
-/// tell poorly, as a projector's place along its columns, light may tell more.
+/// Returns whether a fit by the fringes left them nothing, and of the light of regions more than chance does
+/// in two of three: of what fringes tell poorly, as a projector's place along its columns, light may tell
+/// more.
 bool leaves_light_alone(const Standing& s) {
-  return s.shift.n > 0 && s.shift.passes() &&
-         std::ranges::any_of(s.light, [](const CauseRegion& r) { return r.n > 0 && !r.passes(); });
+  return s.shift.n > 0 && s.shift.passes() && std::ranges::any_of(s.light, [](const CauseRegion& r) {
+           return r.n > 0 && r.chi2 > 1.0 + std::sqrt(2.0 / static_cast<double>(r.n));
+         });
 }
-/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, and with
-/// nothing left of the light. Where something is left, places that fringes tell poorly went where they make
-/// up for light that the twin has not (a texture, a lamp).
+/// Returns the sum of the squares that are left of the light in regions.
+double light_left(const Standing& s) {
+  double sum = 0.0;
+  for (const CauseRegion& r : s.light)
+    if (r.n > 0) sum += static_cast<double>(r.n) * r.chi2;
+  return sum;
+}
+/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, with less of
+/// the light left than chance takes from it, and nothing beyond its limits. Where something is, places that
+/// fringes tell poorly went where they make up for light that the twin has not (a texture, a lamp).
 bool is_better_lit(const Standing& by_fringes, const Standing& lit) {
-  return std::ranges::all_of(lit.light, &CauseRegion::passes) && what_got_worse(by_fringes, lit).empty();
+  constexpr double kSigmas = 3.0;
+  return std::ranges::all_of(lit.light, &CauseRegion::passes) &&
+         light_left(by_fringes) - light_left(lit) > kSigmas * kSigmas &&
+         what_got_worse(by_fringes, lit).empty();
 }
 
 }  // namespace
@@ -525,7 +517,10 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
     } catch (const UserError&) {  // the light tells less: what the fringes told stays as it is
     }
   }
-  if (asks_for_halo(asked) && twin.projector && twin.projector->halo.empty()) drop_empty_halo(out.twin);
+  if (asks_for_halo(asked) && twin.projector && twin.projector->halo.empty()) {
+    drop_empty_halo(out.twin);
+    for (Twin& changed : out.one_error_away) drop_empty_halo(changed);
+  }
   return out;
 }
 

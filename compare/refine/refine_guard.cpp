@@ -93,9 +93,10 @@ void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen) {
     if (p.group == "light") p.is_closed = false;
 }
 
-std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated) {
+std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated,
+                                        const RigBudget* rig) {
   std::vector<std::string> warnings;  // those of the comparison come with it
-  std::vector<ExplainedRow> rows = explain_geometry(fit_rows(twin, real, simulated, warnings));
+  std::vector<ExplainedRow> rows = explain_geometry(fit_rows(twin, real, simulated, warnings), rig);
   for (ExplainedRow& row : explain_coverage(twin, coverage_rows(twin, real, simulated)))
     rows.push_back(std::move(row));
   return rows;
@@ -145,6 +146,7 @@ void take_back(Refined& refined, const Twin& before, const std::string& why) {
   report.warnings.push_back(fmt::format("--refine {} is taken back: {}", fmt::join(report.asked, ","), why));
   report.taken_back = true;
   refined.twin = before;
+  refined.one_error_away.clear();
   report.chi2_after = report.chi2_before;
   report.covariance.setConstant(kNaN);
   report.texture.clear();

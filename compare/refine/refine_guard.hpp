@@ -12,6 +12,8 @@
 
 namespace fringetwin::compare {
 
+struct RigBudget;
+
 /// What is compared of a twin before and after a refinement.
 struct Standing {
   double chi2 = kNaN;           ///< of a gray value, with the best gain and black level
@@ -29,8 +31,9 @@ struct Standing {
 /// an exposure that reaches into another pattern sees that one's light, too.
 void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen);
 
-/// Returns the rows of coverage and geometry of two measured sides.
-std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated);
+/// Returns the rows of coverage and geometry of two measured sides. `rig`: what is uncertain of it, or null.
+std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated,
+                                        const RigBudget* rig = nullptr);
 
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
 /// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1 where the

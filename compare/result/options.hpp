@@ -20,6 +20,7 @@ class Renderer;
 namespace fringetwin::compare {
 
 struct CalibrationCovariance;
+struct RigBudget;
 struct ShapeNoise;
 
 /// How one comparison is made.
@@ -48,6 +49,11 @@ struct CompareOptions {
   std::shared_ptr<const ShapeNoise> shape_noise;
   /// Of the twin, where it was refined before; passed on to the result.
   std::optional<Refinement> refinement;
+  /// The twin changed along each principal direction of the standard errors of the places that were refined,
+  /// one of them far; empty: none were.
+  std::vector<Twin> one_error_away = {};
+  /// What these leave uncertain, where it is known already.
+  std::shared_ptr<const RigBudget> refined_budget = {};
   std::vector<HeldOutRow> held_out;  ///< what images were predicted to that took no part in a fit; passed on
   std::vector<HeldOutMap> held_out_worst;  ///< of each camera, for the page
   /// Returns whether the simulated side has a factor or an offset per pixel from that refinement.

@@ -206,8 +206,7 @@ Twin with_rig_change(const Twin& twin, const CalibrationCovariance& covariance,
   return out;
 }
 
-Eigen::MatrixXd one_sigma_changes(const CalibrationCovariance& covariance) {
-  const Eigen::MatrixXd& m = covariance.matrix;
+Eigen::MatrixXd one_sigma_changes(const Eigen::MatrixXd& m) {
   const Eigen::VectorXd scale = inverse_sigmas(m), sigma = m.diagonal().cwiseMax(0.0).cwiseSqrt();
   const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * m * scale.asDiagonal());
   const double least = kSmallestDirection * eigen.values[m.rows() - 1];
@@ -217,6 +216,14 @@ Eigen::MatrixXd one_sigma_changes(const CalibrationCovariance& covariance) {
     out.conservativeResize(Eigen::NoChange, out.cols() + 1);
     out.col(out.cols() - 1) = std::sqrt(eigen.values[i]) * sigma.cwiseProduct(eigen.vectors.col(i));
   }
+  return out;
+}
+
+std::vector<Twin> one_sigma_away(const Twin& twin, const CalibrationCovariance& covariance) {
+  const Eigen::MatrixXd changes = one_sigma_changes(covariance.matrix);
+  std::vector<Twin> out;
+  for (Eigen::Index i = 0; i < changes.cols(); ++i)
+    out.push_back(with_rig_change(twin, covariance, changes.col(i)));
   return out;
 }
 

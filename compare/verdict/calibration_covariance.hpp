@@ -26,8 +26,11 @@ CalibrationCovariance read_calibration_covariance(const Twin& twin);
 Twin with_rig_change(const Twin& twin, const CalibrationCovariance& covariance,
                      const Eigen::VectorXd& change);
 
-/// Returns columns c_i with sum c_i c_i^T = the covariance: its principal directions, one standard
-/// uncertainty long, after every parameter was divided by its own.
-Eigen::MatrixXd one_sigma_changes(const CalibrationCovariance& covariance);
+/// Returns columns c_i with sum c_i c_i^T = a covariance: its principal directions, one standard uncertainty
+/// long, after every parameter was divided by its own.
+Eigen::MatrixXd one_sigma_changes(const Eigen::MatrixXd& covariance);
+
+/// Returns the twin changed by each of them.
+std::vector<Twin> one_sigma_away(const Twin& twin, const CalibrationCovariance& covariance);
 
 }  // namespace fringetwin::compare

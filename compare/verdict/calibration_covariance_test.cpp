@@ -178,7 +178,7 @@ TEST(CalibrationCovariance, DirectionsAddUpToIt) {
       1e-4, 0.0, 1e-8, 0.0,  //
       0.0, 0.0, 0.0, 25.0;
   m(0, 2) = m(2, 0) = 2e-4;  // correlation 1
-  const Eigen::MatrixXd c = one_sigma_changes({"", {"a", "b", "c", "d"}, m});
+  const Eigen::MatrixXd c = one_sigma_changes(m);
   EXPECT_EQ(c.cols(), 2);
   const Eigen::Matrix4d sum = c * c.transpose();
   for (int i = 0; i < 4; ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Are two fits as far apart as their standard errors, and the calibration's covariance, allow?
+// Are two fits as far apart as their standard errors, and what is uncertain of the rig, allow?
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 
 #include "compare/result/fit_keys.hpp"
 #include "compare/verdict/explained.hpp"
@@ -28,13 +29,14 @@ const char* unit_of(const std::string& key) {
 struct Number {
   std::string name;
   double z = 0.0;  ///< of the fits' own errors
-  double difference = 0.0, simulated_sigma = 0.0, real_sigma = 0.0, calibration_variance = 0.0;
+  double difference = 0.0, simulated_sigma = 0.0, real_sigma = 0.0, rig_variance = 0.0;
   const char* unit = "";
 };
 
 class GeometryExplanation {
  public:
-  GeometryExplanation(const FitRow& fit, const CalibrationBudget::Fit* moved) : fit_(fit), moved_(moved) {
+  GeometryExplanation(const FitRow& fit, const RigBudget::Fit* moved, std::string line)
+      : fit_(fit), moved_(moved), line_(std::move(line)) {
     row_.quantity = "geometry";
     row_.region = fit.object;
   }
@@ -92,12 +94,12 @@ class GeometryExplanation {
     }
   }
 
-  /// Keeps the number with the largest z, calibration included.
+  /// Keeps the number with the largest z, what is uncertain of the rig included.
   void look_at(const Number& number, bool estimated) {
     if (!std::isfinite(number.z)) return;
     // z/difference is one over the fits' errors; a difference of 0 stays 0
     const double per_unit = number.difference == 0.0 ? 0.0 : number.z / number.difference;
-    const double z = number.z / std::sqrt(1.0 + number.calibration_variance * per_unit * per_unit);
+    const double z = number.z / std::sqrt(1.0 + number.rig_variance * per_unit * per_unit);
     ++row_.n;
     if (std::isfinite(row_.chi2) && z * z <= row_.chi2) return;
     row_.chi2 = z * z;
@@ -108,7 +110,7 @@ class GeometryExplanation {
         {"fit of the simulated points", number.simulated_sigma * number.simulated_sigma},
         {estimated ? "fit of the real points, estimated from the published rms" : "fit of the real points",
          number.real_sigma * number.real_sigma}};
-    if (moved_) row_.lines.push_back({kCalibrationLine, number.calibration_variance});
+    if (moved_) row_.lines.push_back({line_, number.rig_variance});
     add_tilt(number);
   }
 
@@ -122,7 +124,8 @@ class GeometryExplanation {
   }
 
   const FitRow& fit_;
-  const CalibrationBudget::Fit* moved_;  ///< null: the calibration is in no budget
+  const RigBudget::Fit* moved_;  ///< null: what is uncertain of the rig is in no budget
+  std::string line_;
   ExplainedRow row_;
 };
 
@@ -134,12 +137,11 @@ double most_sigmas_of(std::uint64_t n) {
   return boost::math::quantile(complement(boost::math::students_t(kFreedom), of_one_end));
 }
 
-std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
-                                           const CalibrationBudget* calibration) {
+std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits, const RigBudget* rig) {
   std::vector<ExplainedRow> rows;
   for (const FitRow& fit : fits) {
-    const CalibrationBudget::Fit* moved = calibration ? find_value(calibration->fits, fit.object) : nullptr;
-    if (fit.real) rows.push_back(GeometryExplanation(fit, moved).run());
+    const RigBudget::Fit* moved = rig ? find_value(rig->fits, fit.object) : nullptr;
+    if (fit.real) rows.push_back(GeometryExplanation(fit, moved, rig ? rig->line : "").run());
   }
   return rows;
 }

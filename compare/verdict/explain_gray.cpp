@@ -14,14 +14,14 @@ using measure::CameraDecode;
 class GrayExplanation {
  public:
   GrayExplanation(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise, const ImageU8& interior,
-                  const CameraDecode* simulated, const RenderingError& rendering, const ImageF* calibration,
+                  const CameraDecode* simulated, const RenderingError& rendering, const RigVariance& rig,
                   const SeenPixels& seen, const OwnOfPixels& own, const ShapeInView& shape)
       : pair_(pair),
         fit_(fit),
         noise_(noise),
         interior_(interior),
         rendering_(rendering),
-        calibration_(calibration),
+        rig_(rig),
         seen_(seen),
         own_(own),
         shape_(shape_in_budget(shape, own)),
@@ -57,7 +57,7 @@ class GrayExplanation {
     row.lines.push_back(
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)});
     if (shape_.noise) row.lines.push_back({kShapeLine, s.shape / n});
-    if (calibration_) row.lines.push_back({kCalibrationLine, s.calibration / n});
+    if (rig_.variance) row.lines.push_back({rig_.line, s.calibration / n});
     const double kept = 1.0 - s.taken / n;
     judge(s, noise_.known_to(), own_.from_here ? kept : 1.0, row);
     judge_least(s, noise, rounding, kept, noise_.known_to(), row);
@@ -88,7 +88,7 @@ class GrayExplanation {
              BlockSum& shift) const {
     const UsableRange& u = fit_.usable;
     const double calibration =
-        calibration_ ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(calibration_->data[i]) : 0.0;
+        rig_.variance ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(rig_.variance->data[i]) : 0.0;
     out.n_inside += pair_.gain_images.size();
     double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
     const OwnLightSums line = own_light_sums(pair_, own_, noise_, i);
@@ -141,7 +141,7 @@ class GrayExplanation {
   const GrayNoise& noise_;
   const ImageU8& interior_;
   RenderingError rendering_;
-  const ImageF* calibration_;  ///< variance of the irradiance; may be null
+  const RigVariance& rig_;
   SeenPixels seen_;
   const OwnOfPixels& own_;
   ShapeInView shape_;
@@ -160,10 +160,9 @@ class GrayExplanation {
 
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const CameraDecode* simulated,
-                          const RenderingError& rendering, const ImageF* calibration, const SeenPixels& seen,
+                          const RenderingError& rendering, const RigVariance& rig, const SeenPixels& seen,
                           const OwnOfPixels& own, const ShapeInView& shape) {
-  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, calibration, seen, own, shape)
-      .run();
+  return GrayExplanation(pair, fit, noise, interior, simulated, rendering, rig, seen, own, shape).run();
 }
 
 }  // namespace fringetwin::compare

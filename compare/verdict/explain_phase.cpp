@@ -35,7 +35,7 @@ double noise_known_to(const DirectionDecode& side, bool is_drawn) {
 ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& real,
                            const DirectionDecode& simulated, const ImageU8& interior,
                            const TextureShift& texture, const RenderingError& rendering,
-                           const ImageF* calibration, const SeenPixels& seen, const ShapeInView& shape) {
+                           const RigVariance& rig, const SeenPixels& seen, const ShapeInView& shape) {
   const double shape_share = shape.noise ? region_shares(shape.noise->surface.radius_px, kRegion).depth : 0.0;
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
@@ -58,7 +58,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             const std::size_t i = difference.index(x, y);
             const double noise = variance(real, i) + variance(simulated, i);
             if (!(noise > 0.0)) continue;
-            const double moved = calibration ? static_cast<double>(calibration->data[i]) : 0.0;
+            const double moved = rig.variance ? static_cast<double>(rig.variance->data[i]) : 0.0;
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
             const double of_shape = shape.noise ? shape.noise->leverage_at(shape.camera, i) *
                                                       shape.noise->of_phase * variance(real, i)
@@ -98,7 +98,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
                rendering.line(shared)};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
   if (shape.noise) row.lines.push_back({kShapeLine, s.shape / n});
-  if (calibration) row.lines.push_back({kCalibrationLine, s.calibration / n});
+  if (rig.variance) row.lines.push_back({rig.line, s.calibration / n});
   const double known_to = std::hypot(real_noise * noise_known_to(real, false),
                                      simulated_noise * noise_known_to(simulated, true)) /
                           (real_noise + simulated_noise);

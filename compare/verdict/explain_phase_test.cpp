@@ -151,8 +151,8 @@ TEST(ExplainPhase, OrdersThatDisagreeOnMostPixelsAreNotCompared) {
     Phases q = p;
     for (int y = 0; y < q.real.coordinate_px.height; ++y)
       for (int x = from_column; x < q.real.coordinate_px.width; ++x) q.real.coordinate_px(x, y) += 13.0;
-    return explain_phase("left", q.real, q.simulated, q.interior, texture_shift(q.real, q.simulated), {},
-                         nullptr, seen);
+    return explain_phase("left", q.real, q.simulated, q.interior, texture_shift(q.real, q.simulated), {}, {},
+                         seen);
   };
   EXPECT_EQ(row_with(140).state, "explained");
   const ExplainedRow row = row_with(116);

@@ -12,7 +12,7 @@
 #include "compare/gray/own_light.hpp"
 #include "compare/phase/phase_budget.hpp"
 #include "compare/result/own_kinds.hpp"
-#include "compare/verdict/calibration_budget.hpp"
+#include "compare/verdict/rig_budget.hpp"
 #include "compare/verdict/shape_noise.hpp"
 
 namespace fringetwin::compare {
@@ -31,7 +31,6 @@ double allowed_for(double n, double known_to = kStatedKnownTo);
 /// 1931: its cube root is nearly normal).
 double allowed_above(double n, double known_to = kStatedKnownTo);
 
-inline constexpr const char* kCalibrationLine = "calibration covariance";
 inline constexpr const char* kShapeLine = "noise of the measured shape";
 
 /// What is known of how exactly a camera was rendered; 0 where nothing was estimated.
@@ -84,27 +83,30 @@ std::vector<BudgetLine> noise_lines(const GrayNoise& noise, double noise_dn2, co
 /// Returns a row that says that nothing was compared, and why.
 ExplainedRow not_compared(const std::string& quantity, const std::string& region, const std::string& why);
 
-/// In the functions below `calibration` is that of a camera or direction of CalibrationBudget; null: not in
-/// the budget.
+/// What a RigBudget has of one camera or direction.
+struct RigVariance {
+  const ImageF* variance = nullptr;  ///< null: not in the budget
+  std::string line = kCalibrationLine;
+};
 
 /// `seen`: a row that took less than half of what either side sees is not called explained.
 
 /// Judges the gray values of the interior pixels after the gain fit. `simulated`: its phases tell level,
-/// contrast and shift of the fringe apart; null: levels only. `own`: what of each pixel was
-/// fitted to the real phase steps, all of them: then the values scatter less than their noise, which both
-/// limits count. `shape`: noise of the measured shape that is seen.
+/// contrast and shift of the fringe apart; null: levels only. `rig`: variance of the irradiance. `own`: what
+/// of each pixel was fitted to the real phase steps, all of them: then the values scatter less than their
+/// noise, which both limits count. `shape`: noise of the measured shape that is seen.
 ExplainedRow explain_gray(const GrayPair& pair, const GainFit& fit, const GrayNoise& noise,
                           const ImageU8& interior, const measure::CameraDecode* simulated,
-                          const RenderingError& rendering, const ImageF* calibration = nullptr,
+                          const RenderingError& rendering, const RigVariance& rig = {},
                           const SeenPixels& seen = {}, const OwnOfPixels& own = {},
                           const ShapeInView& shape = {});
 
-/// Judges the phase difference of one direction over the interior pixels. `texture`: how far it moves the
-/// phases; `shape`: noise of the measured shape that is seen.
+/// Judges the phase difference of one direction over the interior pixels. `rig`: its variance, rad^2;
+/// `texture`: how far it moves the phases; `shape`: noise of the measured shape that is seen.
 ExplainedRow explain_phase(const std::string& camera, const measure::DirectionDecode& real,
                            const measure::DirectionDecode& simulated, const ImageU8& interior,
                            const TextureShift& texture, const RenderingError& rendering,
-                           const ImageF* calibration = nullptr, const SeenPixels& seen = {},
+                           const RigVariance& rig = {}, const SeenPixels& seen = {},
                            const ShapeInView& shape = {});
 
 /// Judges the ripples of a phase row that was compared: they show a wrong brightness or waveform of the
@@ -123,7 +125,6 @@ void hold_against_noise(const std::vector<NoiseRow>& noise, std::vector<Explaine
 double most_sigmas_of(std::uint64_t n);
 
 /// Returns one row per object that was fitted on the real side; one without any z was not compared.
-std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits,
-                                           const CalibrationBudget* calibration = nullptr);
+std::vector<ExplainedRow> explain_geometry(const std::vector<FitRow>& fits, const RigBudget* rig = nullptr);
 
 }  // namespace fringetwin::compare

@@ -166,7 +166,7 @@ VirtualRig::VirtualRig(const std::filesystem::path& twin_file, bool with_calibra
     throw UserError(ExitCode::usage, twin_file.string(), "the twin names no calibration to draw the rig from",
                     "give [uncertainty] calibration = \"calibration.json\"");
   covariance_ = compare::read_calibration_covariance(nominal_);
-  changes_ = compare::one_sigma_changes(*covariance_);
+  changes_ = compare::one_sigma_changes(covariance_->matrix);
 }
 
 const Twin& VirtualRig::measuring(const Settings& settings) {

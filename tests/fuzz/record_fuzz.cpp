@@ -30,7 +30,7 @@ void read_calibration(const std::string& input) {
   Twin twin = good;
   twin.calibration_uncertainty = put_file("input.json", input);
   const compare::CalibrationCovariance covariance = compare::read_calibration_covariance(twin);
-  const Eigen::MatrixXd changes = compare::one_sigma_changes(covariance);
+  const Eigen::MatrixXd changes = compare::one_sigma_changes(covariance.matrix);
   if (changes.cols() > 0) compare::with_rig_change(twin, covariance, changes.col(0));
 }
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/verdict/calibration_budget.hpp"
+#include "compare/verdict/rig_budget.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <utility>
 
 #include "compare/geometry/fit_rows.hpp"
 #include "compare/phase/phase_rows.hpp"
@@ -37,11 +41,13 @@ CameraImages exact_exposure(const CameraImages& irradiance, const Sensor& sensor
 class BudgetSums {
  public:
   /// `irradiance` of the twin itself, which must outlive this.
-  BudgetSums(const Twin& twin, const std::vector<CameraImages>& irradiance, const std::vector<int>& use_steps)
+  BudgetSums(const Twin& twin, const std::vector<CameraImages>& irradiance, const std::vector<int>& use_steps,
+             std::string line)
       : twin_(twin),
         use_steps_(use_steps),
         nominal_irradiance_(irradiance),
         nominal_(measure_exactly(twin, irradiance)) {
+    out_.line = std::move(line);
     const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
     for (std::size_t k = 0; k < patterns.size(); ++k)
       if (twin.fringes.steps == 0 || (!patterns[k].is_gray() && !patterns[k].is_image()))
@@ -68,7 +74,7 @@ class BudgetSums {
     ++out_.n_directions;
   }
 
-  CalibrationBudget take() { return std::move(out_); }
+  RigBudget take() { return std::move(out_); }
 
  private:
   /// Measures, with the twin, what a rig records without noise and rounding.
@@ -110,9 +116,8 @@ class BudgetSums {
       if (at == out_.fits.end()) continue;
       const measure::ObjectFit& fit = measurement.fits[f];
       if (!fit.usable) {
-        out_.warnings.push_back(
-            "the fit of \"" + object +
-            "\" fails within the calibration's uncertainty: it is left out of its budget");
+        out_.warnings.push_back("the fit of \"" + object + "\" fails within the rig's uncertainty (" +
+                                out_.line + "): it is left out of its budget");
         out_.fits.erase(at);
         continue;
       }
@@ -128,7 +133,7 @@ class BudgetSums {
   const std::vector<CameraImages>& nominal_irradiance_;
   std::vector<std::size_t> images_;
   Measurement nominal_;
-  CalibrationBudget out_;
+  RigBudget out_;
 };
 
 /// Renders all cameras of a rig.
@@ -142,22 +147,41 @@ std::vector<CameraImages> irradiance_of(const Twin& rig, render::Renderer& rende
 
 }  // namespace
 
-CalibrationBudget calibration_budget(const Twin& twin, const CalibrationCovariance& covariance,
-                                     render::Renderer& renderer, const render::Sampling& sampling,
-                                     std::uint64_t seed, const std::vector<int>& use_steps,
-                                     const std::vector<CameraImages>& nominal) {
-  const Eigen::MatrixXd changes = one_sigma_changes(covariance);
-  Progress progress("calibration's uncertainty", static_cast<std::size_t>(changes.cols()) + 1);
-  const std::vector<CameraImages> rendered =
-      nominal.empty() ? irradiance_of(twin, renderer, sampling, seed) : std::vector<CameraImages>();
-  BudgetSums sums(twin, nominal.empty() ? rendered : nominal, use_steps);
+RigBudget rig_budget(const Twin& twin, const std::vector<Twin>& changed, std::string line,
+                     const RigBudgetOptions& options) {
+  const auto rendered = [&options](const Twin& rig) {
+    return irradiance_of(rig, options.renderer, options.sampling, options.seed);
+  };
+  Progress progress(line, changed.size() + 1);
+  const std::vector<CameraImages> own =
+      options.nominal.empty() ? rendered(twin) : std::vector<CameraImages>();
+  BudgetSums sums(twin, options.nominal.empty() ? own : options.nominal, options.use_steps, std::move(line));
   progress.advance();
-  for (Eigen::Index i = 0; i < changes.cols(); ++i) {
-    const Twin rig = with_rig_change(twin, covariance, changes.col(i));
-    sums.add(rig, irradiance_of(rig, renderer, sampling, seed));
+  for (const Twin& rig : changed) {
+    sums.add(rig, rendered(rig));
     progress.advance();
   }
   return sums.take();
+}
+
+RigBudget together(RigBudget calibration, const RigBudget& other) {
+  const auto add = [](ImageF& to, const ImageF& from) {
+    std::ranges::transform(to.data, from.data, to.data.begin(), std::plus());
+  };
+  for (std::size_t c = 0; c < calibration.irradiance.size(); ++c) {
+    add(calibration.irradiance[c], other.irradiance[c]);
+    for (std::size_t d = 0; d < calibration.phase_rad2[c].size(); ++d)
+      add(calibration.phase_rad2[c][d], other.phase_rad2[c][d]);
+  }
+  for (const auto& [object, fit] : other.fits) {
+    RigBudget::Fit& to = calibration.fits[object];
+    for (const auto& [key, variance] : fit.numbers) to.numbers[key] += variance;
+    for (const auto& [key, variance] : fit.vectors)
+      to.vectors.try_emplace(key, Eigen::Vector3d::Zero()).first->second += variance;
+  }
+  calibration.n_directions += other.n_directions;
+  std::ranges::copy(other.warnings, std::back_inserter(calibration.warnings));
+  return calibration;
 }
 
 }  // namespace fringetwin::compare

@@ -6,13 +6,15 @@
 // |------------------------------|-----------|-------------------------------------------------------------|
 // | phase of the whole image     | 3 %       | (1 + tan^2) over the sphere's place in the projector's image |
 // | centre and radius of the fit | 5 %       | noise weights of irradiance are others than of gray values  |
-#include "compare/verdict/calibration_budget.hpp"
+#include "compare/verdict/rig_budget.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "compare/comparison.hpp"
+#include "compare/verdict/calibration_covariance.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
 #include "tests/support/agreement.hpp"
@@ -20,7 +22,7 @@
 #include "tests/support/program/small_twin.hpp"
 #include "twin/base/constants.hpp"
 
-namespace fringetwin::compare::calibration_budget_test {
+namespace fringetwin::compare::rig_budget_test {
 namespace {
 
 using testing::shared_renderer;
@@ -63,10 +65,20 @@ class CalibrationInBudget : public ::testing::Test {
     return out;
   }
 
-  Comparison compare_with(const Twin& twin, double sigmas) const {
+  Comparison compare_with(const Twin& twin, double sigmas,
+                          const std::vector<Twin>& one_error_away = {}) const {
     CompareOptions options;
     options.renderer = shared_renderer();
+    options.one_error_away = one_error_away;
     return compare(twin, side(off_by(sigmas), 1), side(twin_, 2), options);
+  }
+
+  /// The last line of each budget, without that of the coverage.
+  static std::vector<std::string> last_lines(const Comparison& c) {
+    std::vector<std::string> out;
+    for (const ExplainedRow& row : c.explained)
+      if (row.quantity != "coverage") out.push_back(row.lines.back().name);
+    return out;
   }
 
   static std::string text(const Comparison& c) {
@@ -104,19 +116,35 @@ TEST_F(CalibrationInBudget, TwoSigmasAreExplainedByItOnly) {
   expect_all(with, true);
   for (const ExplainedRow& row : without.explained)
     for (const BudgetLine& line : row.lines) EXPECT_NE(line.name, "calibration covariance");
-  for (const ExplainedRow& row : with.explained)
-    if (row.quantity != "coverage") {
-      EXPECT_EQ(row.lines.back().name, "calibration covariance");
-    }
+  EXPECT_THAT(last_lines(with), ::testing::Each("calibration covariance"));
   EXPECT_EQ(with.fits[0].z, without.fits[0].z);  // the fits' own errors
 }
 
 TEST_F(CalibrationInBudget, TwentySigmasAreNot) { expect_all(compare_with(stated_, 20.0), false); }
 
+TEST_F(CalibrationInBudget, StandardErrorsOfRefinedPlacesAreCountedWhereSomethingFails) {
+  const std::vector<Twin> away = {off_by(1.0)};
+  const Comparison right = compare_with(twin_, 0.0, away), two = compare_with(twin_, 2.0, away);
+  expect_all(right, true);
+  EXPECT_THAT(last_lines(right), ::testing::Not(::testing::Contains(kRefinedLine)));  // nothing failed
+  expect_all(two, true);
+  EXPECT_THAT(last_lines(two), ::testing::Each(kRefinedLine));
+  expect_all(compare_with(twin_, 20.0, away), false);
+}
+
+TEST_F(CalibrationInBudget, AndRefinedPlacesTogether) {
+  // r2 of the calibration and of the refinement, each 2e-5 rad: sigma is the root of two times as much
+  const Comparison both = compare_with(stated_, 5.0, {off_by(1.0)});
+  EXPECT_THAT(last_lines(both), ::testing::Each("calibration covariance"));
+  const auto variance = [](const Comparison& c) { return c.explained.front().lines.back().variance; };
+  EXPECT_NEAR(variance(both) / variance(compare_with(stated_, 5.0)), 2.0, 1e-6);
+}
+
 TEST_F(CalibrationInBudget, IsTheFiniteDifferenceOfOneParameter) {
   const auto covariance = read_calibration_covariance(stated_);
-  const CalibrationBudget budget =
-      calibration_budget(twin_, covariance, *shared_renderer(), render::choose_sampling(twin_), 0, {});
+  const RigBudget budget =
+      rig_budget(twin_, one_sigma_away(twin_, covariance), kCalibrationLine,
+                 {.renderer = *shared_renderer(), .sampling = render::choose_sampling(twin_), .nominal = {}});
   EXPECT_EQ(budget.n_directions, 1);
   constexpr double kSteps = 5.0;
   const auto measured = [&](double sigmas) {
@@ -133,7 +161,7 @@ TEST_F(CalibrationInBudget, IsTheFiniteDifferenceOfOneParameter) {
       (plus.fits[0].numbers.at("radius_mm") - minus.fits[0].numbers.at("radius_mm")) / (2 * kSteps);
   const Eigen::Vector3d center =
       (plus.fits[0].vectors.at("center_mm") - minus.fits[0].vectors.at("center_mm")) / (2 * kSteps);
-  const CalibrationBudget::Fit& fit = budget.fits.at("ball");
+  const RigBudget::Fit& fit = budget.fits.at("ball");
   EXPECT_NEAR(std::sqrt(fit.numbers.at("radius_mm")), std::abs(radius), 0.1 * std::abs(radius));
   EXPECT_NEAR(std::sqrt(fit.vectors.at("center_mm").z()), std::abs(center.z()), 0.02 * std::abs(center.z()));
   // pixel (80, 60) sees the sphere where it always did, lit by another column
@@ -152,4 +180,4 @@ TEST_F(CalibrationInBudget, IsTheFiniteDifferenceOfOneParameter) {
 }
 
 }  // namespace
-}  // namespace fringetwin::compare::calibration_budget_test
+}  // namespace fringetwin::compare::rig_budget_test
