@@ -12,9 +12,9 @@ namespace {
 
 /// Times its limit: a fit looks at 40,000 pixels of a camera, of up to some millions, and the fits of objects
 /// at all. Beyond, something else is wrong, and the rigs need not be rendered.
-constexpr double kReach = 100.0;
+constexpr double kFarBeyond = 100.0;
 
-bool is_beyond(double chi2, double limit) { return chi2 > limit && chi2 < kReach * limit; }
+bool is_beyond(double chi2, double limit) { return chi2 > limit && chi2 < kFarBeyond * limit; }
 
 bool may_be_reached(const ExplainedRow& row) {
   if (row.state != kNotExplained) return false;
