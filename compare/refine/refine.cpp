@@ -367,14 +367,18 @@ class Refiner {
         std::ranges::any_of(parameters_, [](const Parameter& p) { return is_geometric(p.group); });
     const auto standing = [&](const Scaled& scaled) {
       GroupFit& of = scaled.fit;
-      // light with its own scale: the gain goes by what a wider one takes for noise, pixels on edges above
-      // all
-      sensitivity_.set_scale(scaled.scale);
-      if (!provisional_) of.settle_sensors();  // Huber's weights: of its own gain, not of the other twin's
+      // gain and black level may be the other twin's: Huber's weights are those of its own after some steps
+      const auto settle_with = [&](const std::vector<double>& scale) {
+        constexpr int kSteps = 4;
+        sensitivity_.set_scale(scale);
+        for (int step = 0; step < kSteps && !provisional_; ++step) of.settle_sensors();
+      };
+      settle_with(start.scale);
+      // light with its own scale: the gain goes by what a wider one takes for noise, above all pixels on
+      // edges
+      settle_with(scaled.scale);
       Standing s{.light = of.light_in_regions()};
-      // sums of squares with the scale of the start, or they would not compare
-      sensitivity_.set_scale(start.scale);
-      if (!provisional_) of.settle_sensors();
+      settle_with(start.scale);  // or sums of squares would not compare
       s.chi2 = of.chi2_of_all();
       s.n = of.n_of_all();
       s.shift = of.shift_in_regions();

@@ -14,12 +14,13 @@ namespace {
 /// at all. Beyond, something else is wrong, and the rigs need not be rendered.
 constexpr double kFarBeyond = 100.0;
 
-bool is_beyond(double chi2, double limit) { return chi2 > limit && chi2 < kFarBeyond * limit; }
+bool fails_by_little(double chi2, double limit) { return chi2 > limit && chi2 < kFarBeyond * limit; }
 
 bool may_be_reached(const ExplainedRow& row) {
   if (row.state != kNotExplained) return false;
   return (row.quantity == "gray" || row.quantity == "phase" || row.quantity == "geometry") &&
-         (is_beyond(row.chi2, row.chi2_limit) || is_beyond(row.regional_chi2, row.regional_limit));
+         (fails_by_little(row.chi2, row.chi2_limit) ||
+          fails_by_little(row.regional_chi2, row.regional_limit));
 }
 
 }  // namespace
