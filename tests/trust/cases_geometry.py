@@ -2,7 +2,7 @@
 """Objects and devices that do not stand where the twin says, and starts from which a refinement must find back."""
 import numpy as np
 
-from cases import add_case, planted
+from cases import add_case, nothing, planted
 from projection import rotation, rotation_vector, vector
 
 WALL = dict(scene="wall")
@@ -78,6 +78,12 @@ def projector_moved(rig, twin, random):
     projector.t = projector.t - projector.R @ vector(0.05, 0.1, 0.1)
 
 
+def camera_moved_and_gamma(rig, twin, random):
+    camera = twin.cameras[1]
+    camera.t = camera.t - camera.R @ vector(0.1, 0, 0)
+    rig.projector_response = lambda drive: drive ** 1.15
+
+
 def moved_and_grown(rig, twin, random):
     ball = twin.things[0]
     ball["center_mm"] = ball["center_mm"] + vector(0.1, 0, 0.05)
@@ -86,5 +92,10 @@ def moved_and_grown(rig, twin, random):
 
 add_case("refine_rig_moved", "refinement", "the projector is 0.15 mm off in the twin; `--refine rig`", projector_moved,
          dict(scene="ball+wall", small=True), expect="explained", refine="rig", causes="rig")
+LARGE = dict(scene="ball+wall", cameras=2, large=True)  # a refinement looks at one pixel of ten, the fits at all
+add_case("refine_right_rig", "refinement", "nothing, on ten times as many pixels as a refinement looks at; `--refine rig`",
+         nothing, LARGE, expect="explained", refine="rig")
+add_case("refine_rig_and_response", "refinement", "the second camera is 0.1 mm off in the twin, the projector's gamma is 1.15; "
+         "`--refine rig,response`", camera_moved_and_gamma, LARGE, expect="explained", refine="rig,response")
 add_case("refine_pose_and_size", "refinement", "the sphere is 0.11 mm off and its radius 0.02 mm too large; `--refine pose,size`",
          moved_and_grown, dict(scene="ball", small=True), expect="explained", refine="pose,size")

@@ -68,8 +68,8 @@ def things_of(scene):
 
 class Rig:
     def __init__(self, scene="ball", cameras=1, steps=4, bits=12, direction="x", projector_above=False,
-                 unwrap="heterodyne", nodes=3, pinhole=False, small=False):
-        self.place_devices(cameras, projector_above, pinhole, (200, 150) if small else (360, 270))
+                 unwrap="heterodyne", nodes=3, pinhole=False, small=False, large=False):
+        self.place_devices(cameras, projector_above, pinhole, (200, 150) if small else (720, 540) if large else (360, 270))
         self.things = things_of(scene)
         self.direction, self.steps, self.unwrap, self.origin_px = direction, steps, unwrap, 0.0
         # Pixels of a small image are wider, so the fringes are, too.
