@@ -112,9 +112,10 @@ std::vector<calib::Device> devices_of(const CalibrateCommand& o) {
 /// A twin.toml of these devices, to go on from, with the fringes and sensors of --twin; only with the cameras
 /// a twin can have.
 std::string twin_toml(const calib::Calibration& c, const CalibrateCommand& o) {
-  std::vector<std::pair<std::string, bool>> devices;
-  for (const auto& device : c.devices) devices.emplace_back(device.name, device.name == o.projector);
-  const auto n_cameras = std::ranges::count_if(devices, [](const auto& d) { return !d.second; });
+  std::vector<StartingDevice> devices;
+  for (const calib::Device& device : c.observations.devices)
+    devices.push_back({device.name, device.imagersize_px[0], device.name == o.projector});
+  const auto n_cameras = std::ranges::count(devices, false, &StartingDevice::is_projector);
   return n_cameras < 1 || n_cameras > 2
              ? ""
              : starting_twin_toml("calibrated rig", devices,

@@ -12,6 +12,7 @@
 #include "cli/option_groups.hpp"
 #include "cli/option_values.hpp"
 #include "cli/start/starting_twin.hpp"
+#include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/paths.hpp"
@@ -195,13 +196,18 @@ int finish_import(ImportedRig rig, const RigOptions& o) {
   if (!o.check.empty()) check_observations(rig, o);
   if (o.out.empty()) return static_cast<int>(ExitCode::ok);
   begin_output(o.out, {"twin.toml"});
-  std::vector<std::pair<std::string, bool>> devices;
+  std::vector<StartingDevice> devices;
   for (const calib::ImportedDevice& device : rig.devices) {
     write_model(std::filesystem::path(o.out) / (device.name + ".cameramodel"), device, rig.source);
-    devices.emplace_back(device.name, rig.has_projector && &device == &rig.devices.back());
+    devices.push_back(
+        {device.name, device.imagersize_px[0], rig.has_projector && &device == &rig.devices.back()});
   }
-  write_text_file(std::filesystem::path(o.out) / "twin.toml", starting_twin_toml("imported rig", devices));
+  const std::filesystem::path twin = std::filesystem::path(o.out) / "twin.toml";
+  write_text_file(twin, starting_twin_toml("imported rig", devices));
   say(fmt::format("wrote {} model file(s) and twin.toml to {}", rig.devices.size(), o.out));
+  say("next: say in it what is projected and what to fit, then: " +
+      report::shell_command({"fringetwin", "measure", twin.string(), "--captures", "CAPTURES", "--out",
+                             (std::filesystem::path(o.out) / "measured").string()}));
   return static_cast<int>(ExitCode::ok);
 }
 

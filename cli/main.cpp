@@ -90,10 +90,13 @@ const char* want_of_memory(const std::exception& fault) {
   std::abort();
 }
 
-/// Names of files and options become part of results, which are UTF-8.
+/// Names of files and options become part of results, which are UTF-8; nothing is named by an empty text.
 void check_arguments(const std::vector<std::string>& argv) {
   for (const std::string& argument : argv)
-    if (!fringetwin::is_utf8(argument))
+    if (argument.empty())
+      throw UserError(ExitCode::usage, "\"\"", "one of the arguments is empty",
+                      "is it a variable of the shell that is not set?");
+    else if (!fringetwin::is_utf8(argument))
       throw UserError(ExitCode::usage, argument, "is no UTF-8 text", "rename the file or folder");
 }
 

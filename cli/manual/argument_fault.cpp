@@ -170,6 +170,11 @@ UserError argument_fault(const CLI::App& program, const std::vector<std::string>
   if (dynamic_cast<const CLI::ConversionError*>(&refusal)) return not_converted(command, sentence);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&refusal)) {
     const CLI::Option* option = option_at_begin(command, sentence);
+    if (option && option->results().size() > static_cast<std::size_t>(option->get_expected_max()))
+      return {ExitCode::usage, named(command),
+              fmt::format("{} has {} values, at most {}", shown(*option), option->results().size(),
+                          option->get_expected_max()),
+              ""};
     if (option) return {ExitCode::usage, named(command), shown(*option) + " has no value", ""};
   }
   if (dynamic_cast<const CLI::ExtrasError*>(&refusal)) {

@@ -11,7 +11,6 @@ namespace fringetwin::cli {
 namespace {
 
 constexpr double kDistance_mm = 250.0;  ///< where axes that do not approach each other tell none
-constexpr int kUsualWidth_px = 1280;    ///< of a projector that is not there
 
 /// The ray through the middle of a device's image, in the reference's frame.
 struct MiddleRay {

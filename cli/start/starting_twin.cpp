@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/start/twin_blocks.hpp"
+
 namespace fringetwin::cli {
 namespace {
 
@@ -15,25 +17,25 @@ constexpr const char* kBrightness =
 
 }  // namespace
 
-std::string starting_twin_toml(const std::string& name,
-                               const std::vector<std::pair<std::string, bool>>& devices,
+std::string starting_twin_toml(const std::string& name, const std::vector<StartingDevice>& devices,
                                const KeptTables& kept) {
+  int width_px = kUsualWidth_px;
   std::string toml =
       fmt::format("schema = \"fringetwin-twin/1\"\nname = \"{}\"\ncameramodel_unit = \"m\"\n", name);
-  for (const auto& [device, is_projector] : devices) {
-    const auto of_camera = kept.of_camera.find(device);
-    if (is_projector)
-      toml += fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\n{}", device,
+  for (const StartingDevice& device : devices) {
+    const auto of_camera = kept.of_camera.find(device.name);
+    if (device.is_projector) width_px = device.width_px;
+    if (device.is_projector)
+      toml += fmt::format("\n[projector]\nmodel = \"{}.cameramodel\"\n{}", device.name,
                           kept.projector.empty() ? kBrightness : kept.projector);
     else
-      toml += fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n{1}", device,
+      toml += fmt::format("\n[[camera]]\nname = \"{0}\"\nmodel = \"{0}.cameramodel\"\n{1}", device.name,
                           of_camera == kept.of_camera.end() ? "" : of_camera->second);
   }
   if (!kept.fringes.empty())
     return toml + "\n# Describe the part and what to fit (docs/FORMATS.md).\n[fringes]\n" + kept.fringes;
-  return toml +
-         "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n"
-         "[fringes]\ndirections = [\"x\"]\npitches_px = [13, 14, 15]\nsteps = 4\nunwrap = \"heterodyne\"\n";
+  return toml + "\n# Describe the projected sequence (docs/FORMATS.md), then the part and what to fit.\n" +
+         fringes_block(width_px);
 }
 
 }  // namespace fringetwin::cli

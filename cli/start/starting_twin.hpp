@@ -2,18 +2,22 @@
 // Writes the twin.toml that a calibration or an import leaves to go on from.
 #pragma once
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "twin/file/toml_kept.hpp"
 
 namespace fringetwin::cli {
 
-/// Returns a twin.toml to go on from, of devices by their names, each with whether it is the projector; their
-/// models are NAME.cameramodel beside it. Fringes, sensors and light are those of `kept`; what it lacks is
-/// made up.
-std::string starting_twin_toml(const std::string& name,
-                               const std::vector<std::pair<std::string, bool>>& devices,
+/// A device of the rig, whose model is NAME.cameramodel beside the twin.toml.
+struct StartingDevice {
+  std::string name;
+  int width_px = 0;  ///< of its image
+  bool is_projector = false;
+};
+
+/// Returns a twin.toml to go on from. Fringes, sensors and light are those of `kept`; what it lacks is made
+/// up: pitches that are unambiguous over the projector.
+std::string starting_twin_toml(const std::string& name, const std::vector<StartingDevice>& devices,
                                const KeptTables& kept = {});
 
 }  // namespace fringetwin::cli

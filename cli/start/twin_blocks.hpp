@@ -12,6 +12,8 @@ std::string sensor_block(bool with_comment);
 /// Returns the projector's intensity that makes white paper about 80 % of full scale.
 std::string intensity_lines();
 
+inline constexpr int kUsualWidth_px = 1280;  ///< of a projector that is not there
+
 /// Returns [fringes]: three pitches that are unambiguous over a projector of this width.
 std::string fringes_block(int projector_width_px);
 

@@ -191,6 +191,8 @@ TEST(CommandLine, NamesWhatWasMeant) {
            {{"render", "a", "--samples", "many"}, "render --samples: \"many\" is no number"},
            {{"render", "a", "--samples", "1.5"}, "render --samples: \"1.5\" is no whole number"},
            {{"info", "x"}, "info: \"x\" is one argument too many"},
+           {{"new", "--from", "a", "--from", "b", "--from", "c"}, "new: --from FILE has 3 values, at most 2"},
+           {{"index", ""}, "\"\": one of the arguments is empty"},
            {{}, "fringetwin: no command given"}}) {
     const RunResult run = run_fringetwin(words);
     expect_refused(run, 2, {sentence});
