@@ -177,11 +177,13 @@ void refine(Run& run, const CosimRequest& request) {
   simulate_side(run, request.render);  // tells what each pixel has of its own, too
   keep_changes(before, run.twin);
   measure_real(run, &before);
+  run.timer.start("refined_errors");
   std::vector<compare::ExplainedRow> after_rows = guarded_rows(run);
   if (auto budget = compare::refined_budget(run.twin, run.simulated, run.options, after_rows)) {
     run.options.refined_budget = std::make_shared<const compare::RigBudget>(std::move(*budget));
-    after_rows = guarded_rows(run);
+    compare::excuse(after_rows, guarded_rows(run));
   }
+  run.timer.stop();
   const std::string worse = compare::what_got_worse({.rows = before_rows}, {.rows = after_rows});
   if (worse.empty()) {
     compare::Refinement& report = *run.options.refinement;

@@ -101,6 +101,7 @@ class Refiner {
       out.report.chi2_after = parameters_.empty() ? fit.chi2_of_all() : fit.chi2();
       return out;
     }
+    out.one_error_away = places_one_error_away(fit, sensitivity_.samples(), out);
     std::vector<std::string> lights;
     for (const GridSamples& s : sensitivity_.samples()) note_light_of_code(s, twin_, lights);
     keep_what_is_better({start, scale}, {fit, sensitivity_.scale()}, as_written, out);
@@ -422,21 +423,8 @@ class Refiner {
     for (const GridSamples& s : sensitivity_.samples())
       report_.lines[s.camera] = Refinement::Line{s.gain_dn, s.black_level_dn};
     if (report_.own.any()) note_texture(sensitivity_.samples(), report_, out.twin);
-    out.one_error_away = places_one_error_away(out.twin, told);
     out.report = std::move(report_);
     return out;
-  }
-
-  /// Returns the twin as fitted with its places changed as their standard errors allow.
-  std::vector<Twin> places_one_error_away(const Twin& fitted, const std::vector<std::size_t>& told) const {
-    std::vector<Parameter> places;
-    std::vector<Eigen::Index> at;
-    for (std::size_t i = 0; i < told.size(); ++i)
-      if (const Parameter& p = parameters_[told[i]]; is_geometric(p.group) && p.change) {
-        places.push_back(p);
-        at.push_back(static_cast<Eigen::Index>(i));
-      }
-    return one_error_away(fitted, places, report_.covariance(at, at));
   }
 
   void keep_sensor(std::size_t index, const Eigen::Vector2d& sigma_dn, Twin& twin) {
@@ -467,31 +455,6 @@ class Refiner {
   Refinement report_;
 };
 
-/// Returns whether a fit by the fringes left them nothing, and of the light of regions more than chance does
-/// in two of three: of what fringes tell poorly, as a projector's place along its columns, light may tell
-/// more.
-bool leaves_light_alone(const Standing& s) {
-  return s.shift.n > 0 && s.shift.passes() && std::ranges::any_of(s.light, [](const CauseRegion& r) {
-           return r.n > 0 && r.chi2 > 1.0 + std::sqrt(2.0 / static_cast<double>(r.n));
-         });
-}
-/// Returns the sum of the squares that are left of the light in regions.
-double light_left(const Standing& s) {
-  double sum = 0.0;
-  for (const CauseRegion& r : s.light)
-    if (r.n > 0) sum += static_cast<double>(r.n) * r.chi2;
-  return sum;
-}
-/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, with less of
-/// the light left than chance takes from it, and nothing beyond its limits. Where something is, places that
-/// fringes tell poorly went where they make up for light that the twin has not (a texture, a lamp).
-bool is_better_lit(const Standing& by_fringes, const Standing& lit) {
-  constexpr double kSigmas = 3.0;
-  return std::ranges::all_of(lit.light, &CauseRegion::passes) &&
-         light_left(by_fringes) - light_left(lit) > kSigmas * kSigmas &&
-         what_got_worse(by_fringes, lit).empty();
-}
-
 }  // namespace
 
 Refined refine(const Twin& twin, const Side& real, const Side& simulated, const CompareOptions& options,
@@ -512,10 +475,11 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
       Refiner by_light(twin, real, simulated, options, asked, Evidence::fringes_and_light);
       Refined lit = by_light.run(worse);
       if (!lit.report.taken_back &&
-          (out.report.taken_back || is_better_lit(by_fringes, by_light.reached()))) {
+          (out.report.taken_back || is_better_lit(by_fringes, by_light.reached(), lit.report.rows.size()))) {
         lit.report.notes.push_back(
-            "the light of the images is evidence of where things are: from the fringes alone the fit went "
-            "where the light would be another");
+            "the light of the images is evidence of where things are: the fringes alone leave places at "
+            "which "
+            "more of it is left");
         out = std::move(lit);
       }
     } catch (const UserError&) {  // the light tells less: what the fringes told stays as it is

@@ -80,6 +80,14 @@ void compare_places(const ExplainedRow& then, const ExplainedRow& now, Complaint
                then.n_regions);
 }
 
+/// Returns the sum of the squares that are left of the light in regions.
+double light_left(const Standing& s) {
+  double sum = 0.0;
+  for (const CauseRegion& r : s.light)
+    if (r.n > 0) sum += static_cast<double>(r.n) * r.chi2;
+  return sum;
+}
+
 }  // namespace
 
 void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen) {
@@ -126,6 +134,20 @@ std::string what_got_worse(const Standing& before, const Standing& after) {
     if (now.quantity == "coverage" && now.state == kNotCompared && row_like(before.rows, now) == nullptr)
       worse.add("{} would not be seen any more", now.region);
   return worse.joined();
+}
+
+bool leaves_light_alone(const Standing& s) {
+  return s.shift.n > 0 && s.shift.passes() && std::ranges::any_of(s.light, [](const CauseRegion& r) {
+           return r.n > 0 && r.chi2 > 1.0 + std::sqrt(2.0 / static_cast<double>(r.n));
+         });
+}
+
+bool is_better_lit(const Standing& by_fringes, const Standing& lit, std::size_t n_fitted) {
+  constexpr double kSigmas = 3.0;
+  const auto n = static_cast<double>(n_fitted);  // so much chi2 each takes by chance, with a variance of 2
+  return std::ranges::all_of(lit.light, &CauseRegion::passes) &&
+         light_left(by_fringes) - light_left(lit) > n + kSigmas * std::sqrt(2.0 * n) &&
+         what_got_worse(by_fringes, lit).empty();
 }
 
 std::string warning_of_what_is_left(const Refinement& refinement, const std::vector<ExplainedRow>& rows) {

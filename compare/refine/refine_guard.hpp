@@ -42,6 +42,17 @@ std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, cons
 /// beyond its limit two roots of 2/n and 2 %; geometry: the largest |z| larger by 1.
 std::string what_got_worse(const Standing& before, const Standing& after);
 
+/// Returns whether a fit by the fringes left them nothing, and of the light of regions more than chance does
+/// in two of three: of what fringes tell poorly, as a projector's place along its columns, light may tell
+/// more.
+bool leaves_light_alone(const Standing& standing);
+
+/// Returns whether a fit by fringes and light is better than one by fringes: no worse for these, with less of
+/// the light left than chance takes from it by `n_fitted` values, and nothing beyond its limits. Where
+/// something is, places that fringes tell poorly went where they make up for light that the twin has not (a
+/// texture, a lamp).
+bool is_better_lit(const Standing& by_fringes, const Standing& lit, std::size_t n_fitted);
+
 /// Returns a warning where the objects' fits disagree after a refinement: something else is wrong besides,
 /// and the values are not to be trusted. Empty where they agree.
 std::string warning_of_what_is_left(const Refinement& refinement, const std::vector<ExplainedRow>& rows);

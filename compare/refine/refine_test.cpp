@@ -49,6 +49,27 @@ TEST(RefineGuard, AWorseTwinIsTakenBackAndSaidSo) {
   EXPECT_THAT(worse.report.warnings, ElementsAre(HasSubstr("is taken back")));
 }
 
+// 1000 regions: one standard deviation of their mean square is 0.045. 12 values take 12 squares and, three
+// standard deviations more, 27 at most by chance: 0.0134 of each of two kinds.
+TEST(RefineGuard, TheLightDecidesWhereMoreOfItIsExplainedThanByChance) {
+  const auto standing = [](double level, double contrast) {
+    Standing s{.chi2 = 1.0, .chi2_of_place = 1.0, .n = 20'000, .shift = {"shift", 1.0, 1.45, 1000}};
+    s.light = {{"level", level, 1.14, 1000}, {"contrast", contrast, 1.14, 1000}};
+    return s;
+  };
+  EXPECT_TRUE(leaves_light_alone(standing(1.05, 1.0)));
+  EXPECT_FALSE(leaves_light_alone(standing(1.04, 1.04)));
+  Standing fringes_fail = standing(1.05, 1.0);
+  fringes_fail.shift.chi2 = 1.5;
+  EXPECT_FALSE(leaves_light_alone(fringes_fail));
+  EXPECT_TRUE(is_better_lit(standing(1.05, 1.0), standing(1.01, 1.0), 12));
+  EXPECT_FALSE(is_better_lit(standing(1.05, 1.0), standing(1.03, 1.0), 12));  // 20 squares
+  EXPECT_FALSE(is_better_lit(standing(3.0, 1.0), standing(1.15, 1.0), 12));   // a lamp that the twin has not
+  Standing moved = standing(1.01, 1.0);
+  moved.chi2_of_place = 1.02;
+  EXPECT_FALSE(is_better_lit(standing(1.05, 1.0), moved, 12));  // where the fringes say no
+}
+
 TEST(RefineGuard, WhatIsNoWorseThanByChanceStays) {
   // 20,000 values: one standard deviation of their mean square is 0.01; of 200 regions two are 0.2
   const Standing before{.chi2 = 1.0, .chi2_of_place = 1.0, .n = 20'000, .shift = {"shift", 1.0, 1.45, 200}};
@@ -190,7 +211,6 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
   EXPECT_THAT(message("harmonics_field"), HasSubstr("has no such parameter"));
 }
 
-// A normal is made one of unit length again by every refinement: its last bit is no value that was refined.
 std::vector<std::string> names_asked_by(const Twin& twin, const std::string& word) {
   std::vector<std::string> names;
   for (const Parameter& p : refinable_parameters(twin, {word})) names.push_back(p.name);
@@ -223,6 +243,7 @@ TEST(Refine, VignettingHasTheTermsThatTheTwinStates) {
   EXPECT_NEAR(twin.cameras[0].vignetting.a[1], -0.02, 1e-15);  // a sum of two numbers
 }
 
+// A normal is made one of unit length again by every refinement: its last bit is no value that was refined.
 TEST(Refine, WhatOnlyRoundingMovedIsNotWritten) {
   Twin before = ball_at(5.0);
   Object wall = before.objects[0];

@@ -120,6 +120,7 @@ struct ExplainedRow {
   /// Weighted mean square over single values, and over means of blocks of pixels, of what the budget allows.
   double chi2 = kNaN, chi2_limit = kNaN;
   double regional_chi2 = kNaN, regional_limit = kNaN;
+  double regional_chi2_of_noise = kNaN;  ///< where nothing of the rig were uncertain
   std::uint64_t n = 0, n_regions = 0;
   ImageF regions;  ///< chi2 per region of 16 x 16 px; NaN where too few pixels; empty for geometry
   std::string worst;

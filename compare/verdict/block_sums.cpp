@@ -22,7 +22,7 @@ Sums add_up(const std::vector<Sums>& parts, int across, int down, ImageF& region
       regions.data[b] = static_cast<float>(part.regional / static_cast<double>(part.n_regions));
     total.r2 += part.r2, total.chi2 += part.chi2, total.noise += part.noise, total.regional += part.regional;
     total.calibration += part.calibration, total.share += part.share;
-    total.regional_share += part.regional_share;
+    total.regional_share += part.regional_share, total.regional_of_noise += part.regional_of_noise;
     total.noise_chi2 += part.noise_chi2, total.texture += part.texture, total.taken += part.taken;
     total.shape += part.shape;
     total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
@@ -33,6 +33,7 @@ Sums add_up(const std::vector<Sums>& parts, int across, int down, ImageF& region
 void add_region(const BlockSum& block, double shared, Sums& out) {
   if (!block.usable()) return;
   out.regional += block.chi2(shared);
+  out.regional_of_noise += block.chi2_of_noise(shared);
   out.regional_share += block.calibration_share(shared);
   ++out.n_regions;
 }
@@ -49,6 +50,8 @@ bool take_sums(const Sums& s, ExplainedRow& row) {
   row.observed = s.r2 / n;
   row.chi2 = s.chi2 / n;
   row.regional_chi2 = s.n_regions > 0 ? s.regional / static_cast<double>(s.n_regions) : kNaN;
+  row.regional_chi2_of_noise =
+      s.n_regions > 0 ? s.regional_of_noise / static_cast<double>(s.n_regions) : kNaN;
   row.noise_chi2 = s.noise_chi2 / n;
   return true;
 }

@@ -41,6 +41,8 @@ struct BlockSum {
            shape_share * shape * shape;
   }
   double chi2(double shared) const { return sum * sum / expected(shared); }
+  /// The same without what is uncertain of the rig.
+  double chi2_of_noise(double shared) const { return sum * sum / (expected(shared) - weight2 * calibration); }
   double calibration_share(double shared) const { return weight2 * calibration / expected(shared); }
 };
 
@@ -52,6 +54,7 @@ struct Sums {
   double shape = 0.0;       ///< variance that the noise of a measured shape makes
   double taken = 0.0;  ///< of the noise chi2 of gray values: what a fit of each pixel's own numbers takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
+  double regional_of_noise = 0.0;                               ///< without what is uncertain of the rig
   std::uint64_t n = 0, n_regions = 0;
   std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
   /// Adds `values` values by the sum of their squares and by what one of them has on average. `own`: its

@@ -122,7 +122,7 @@ void judge_ripple(const RippleTest& ripple, const RenderingError& rendering, con
   const auto p = static_cast<double>(ripple.functions);
   row.brightness_chi2 = ripple.brightness_chi2;
   row.harmonic_chi2 = ripple.harmonic_chi2;
-  const double beyond_noise = row.n_regions > 0 ? std::max(0.0, row.regional_chi2 - 1.0) : 0.0;
+  const double beyond_noise = row.n_regions > 0 ? std::max(0.0, row.regional_chi2_of_noise - 1.0) : 0.0;
   row.ripple_limit = 1.0 + kRippleCoverage * std::sqrt(2.0 / p) +
                      rendering.phase_rad * rendering.phase_rad * ripple.information / p +
                      kRippleOfShifts * beyond_noise;

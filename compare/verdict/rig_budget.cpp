@@ -173,8 +173,10 @@ RigBudget together(RigBudget calibration, const RigBudget& other) {
     for (std::size_t d = 0; d < calibration.phase_rad2[c].size(); ++d)
       add(calibration.phase_rad2[c][d], other.phase_rad2[c][d]);
   }
-  for (const auto& [object, fit] : other.fits) {
-    RigBudget::Fit& to = calibration.fits[object];
+  // a fit that one of them has left out has no budget
+  std::erase_if(calibration.fits, [&other](const auto& fit) { return !other.fits.contains(fit.first); });
+  for (auto& [object, to] : calibration.fits) {
+    const RigBudget::Fit& fit = other.fits.at(object);
     for (const auto& [key, variance] : fit.numbers) to.numbers[key] += variance;
     for (const auto& [key, variance] : fit.vectors)
       to.vectors.try_emplace(key, Eigen::Vector3d::Zero()).first->second += variance;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Computes what the uncertain numbers of a rig leaves uncertain in gray values, phase and fits: the twin is
+// Computes what the uncertain numbers of a rig leave uncertain in gray values, phase and fits: the twin is
 // changed along each principal direction of a covariance, rendered, and measured as it is itself
 // (docs/metrics/verdict.md, "Calibration in the budget" and "Refined values in the budget").
 #pragma once

@@ -11,9 +11,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "compare/comparison.hpp"
+#include "compare/refine/refined_budget.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
 #include "measure/measurement.hpp"
 #include "render/sensor/sensor.hpp"
@@ -138,6 +141,26 @@ TEST_F(CalibrationInBudget, AndRefinedPlacesTogether) {
   EXPECT_THAT(last_lines(both), ::testing::Each("calibration covariance"));
   const auto variance = [](const Comparison& c) { return c.explained.front().lines.back().variance; };
   EXPECT_NEAR(variance(both) / variance(compare_with(stated_, 5.0)), 2.0, 1e-6);
+}
+
+// What pixels have of their own is told after the places: the changed rigs have it, too.
+TEST_F(CalibrationInBudget, ATextureIsNoChangeOfTheRig) {
+  Twin textured = twin_;
+  auto texture = std::make_shared<PixelTexture>();
+  texture->factor = ImageF(twin_.cameras[0].lens.width(), twin_.cameras[0].lens.height(), 0.5F);
+  textured.cameras[0].texture = texture;
+  CompareOptions options;
+  options.renderer = shared_renderer();
+  options.one_error_away = {twin_};  // no change at all
+  options.refinement.emplace();
+  options.refinement->texture.emplace_back();
+  ExplainedRow fails;
+  fails.quantity = "geometry", fails.state = kNotExplained, fails.chi2 = 20.0, fails.chi2_limit = 13.0;
+  const auto budget = refined_budget(textured, side(twin_, 2), options, {fails});
+  ASSERT_TRUE(budget);
+  EXPECT_EQ(*std::ranges::max_element(budget->irradiance.at(0).data), 0.0F);
+  fails.quantity = "gray";  // single values do not show what a few numbers are off by
+  EXPECT_FALSE(refined_budget(textured, side(twin_, 2), options, {fails}));
 }
 
 TEST_F(CalibrationInBudget, IsTheFiniteDifferenceOfOneParameter) {

@@ -18,7 +18,9 @@ constexpr Term kTerms[] = {
      "the same of means over regions, where noise averages out: it sees errors smaller than a pixel's noise"},
     {"covered", "share of the pixels that either side measured which both measured"},
     {"explained",
-     "the differences are no larger than noise, rendering and calibration, which are known, make them"},
+     "the differences are no larger than noise, rendering, calibration and refined places, which are known, "
+     "make "
+     "them"},
     {"explains alone", "share of what is not explained that this cause takes away by itself"},
     {"gain", "gray values per unit of simulated irradiance: the photoelectric gain coefficient"},
     {"P99 of |d|", "99 of 100 differences are smaller than this, whatever their sign"},
