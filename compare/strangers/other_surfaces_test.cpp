@@ -59,8 +59,8 @@ PlaneShape plane_at(double z_mm) {
 }
 
 /// One camera and a projector before a wall, as the twin says.
-SyntheticSides scene() {
-  SyntheticSides s = testing::make_sides({});
+SyntheticSides scene(const testing::SidesTruth& truth = {}) {
+  SyntheticSides s = testing::make_sides(truth);
   s.twin.objects = {{"wall", plane_at(kWall_mm), {}}};
   s.twin.measure.fits.clear();
   s.twin.measure.triangulate = Triangulate::projector;
@@ -127,6 +127,15 @@ TEST(OtherSurfaces, SevenPixelsSquareAreFoundSixAreNot) {
     plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {side, side});
     EXPECT_THAT(rows_of(s), SizeIs(side == 7 ? 1 : 0)) << side;
   }
+}
+
+// More than 0.9 million pixels of both sides: 1e-5 of them are more than the 9 of the core of 7 x 7.
+TEST(OtherSurfaces, OfALargeImageTheSmallestAreaIsLarger) {
+  SyntheticSides s = scene({.width = 1400, .height = 1300, .steps = 3, .pitches_px = {kPitch_px}});
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {7, 7, 700, 600});
+  EXPECT_THAT(rows_of(s), IsEmpty());
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {10, 10, 700, 700});
+  EXPECT_THAT(rows_of(s), SizeIs(1));
 }
 
 // An outline that is a pixel or two elsewhere is a band as long as the object.
