@@ -447,7 +447,8 @@ Judged judge(const Twin& twin, const Side& real, const Side& simulated, const Co
   hold_against_surfaces(out.other_surfaces, out.explained);
   for (const OtherSurfaceRow& surface : out.other_surfaces)
     out.warnings.push_back(surface.camera + ": " + surface.why);
-  for (std::string& warning : coverage_warnings(out.coverage)) out.warnings.push_back(std::move(warning));
+  for (std::string& warning : coverage_warnings(out.coverage, out.other_surfaces))
+    out.warnings.push_back(std::move(warning));
   for (ExplainedRow& row : explain_geometry(out.fits, rig)) out.explained.push_back(std::move(row));
   hold_against_noise(out.noise, out.explained);
   std::vector<OwnKinds> own;

@@ -27,6 +27,7 @@ std::string told_state(const std::string& state) {
 /// Returns why a row is in its state. Of coverage, whose rows hold sentences on all objects, the three
 /// furthest beyond their allowance: the page has all.
 std::string told_reason(const compare::Comparison& c, const compare::ExplainedRow& row) {
+  if (row.quantity != "coverage") return row.why;
   constexpr std::size_t kMost = 3;
   std::vector<std::pair<double, std::string>> reasons;
   for (const compare::OtherSurfaceRow& surface : c.other_surfaces)
@@ -37,7 +38,7 @@ std::string told_reason(const compare::Comparison& c, const compare::ExplainedRo
       reasons.emplace_back(
           counts.excess(),
           (counts.object.empty() ? "" : fmt::format("of \"{}\" ", counts.object)) + counts.why);
-  if (row.quantity != "coverage" || reasons.size() <= kMost) return row.why;
+  if (reasons.size() <= kMost) return row.why;
   std::ranges::stable_sort(reasons, std::ranges::greater{}, &std::pair<double, std::string>::first);
   std::string text;
   for (std::size_t i = 0; i < kMost; ++i) text += reasons[i].second + "; ";

@@ -106,10 +106,16 @@ std::string causes_text(const Causes& causes) {
   return listed(alike, " or ");
 }
 
+/// Returns the area that the answer begins with and the next step is about; null without any.
+const OtherSurfaceRow* largest_surface(const std::vector<OtherSurfaceRow>& surfaces) {
+  const auto largest = std::ranges::max_element(surfaces, {}, &OtherSurfaceRow::n);
+  return largest == surfaces.end() ? nullptr : &*largest;
+}
+
 /// Returns the largest of the areas in words, to stand before all else; empty without any.
 std::string other_surface_text(const std::vector<OtherSurfaceRow>& surfaces) {
-  const auto largest = std::ranges::max_element(surfaces, {}, &OtherSurfaceRow::n);
-  if (largest == surfaces.end()) return "";
+  const OtherSurfaceRow* largest = largest_surface(surfaces);
+  if (!largest) return "";
   std::string text = largest->why;
   text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
   const auto of_camera = std::ranges::count(surfaces, largest->camera, &OtherSurfaceRow::camera);
@@ -189,6 +195,23 @@ std::string refine_value(const Comparison& c, const std::string& together) {
   return value;
 }
 
+/// Returns what to do about an area that shows another surface than the twin.
+std::string surface_step(const OtherSurfaceRow& row) {
+  const std::string table = " (table \"Other surfaces\")";
+  if (row.place_mm.empty())  // no point tells whose surface it is
+    return "see which of rig and twin has something there that the other lacks" + table;
+  if (row.seen.empty())
+    return "put what stands there into the twin as an [[object]], or take it out of the rig's view" + table;
+  if (row.seen == row.object)
+    return fmt::format("check the pose of \"{}\" in the twin, or fit it with --refine pose", row.object) +
+           table;
+  return fmt::format(
+             "the twin has \"{}\" there and the rig does not show it: take it out of the twin, or check its "
+             "pose",
+             row.object) +
+         table;
+}
+
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
   for (const std::string& together : c.causes.together) {
     if (const std::string value = refine_value(c, together); !value.empty())
@@ -199,11 +222,7 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
       if (group != parameter_groups().end() && !group->instead.empty()) return {group->instead, {}};
     }
   }
-  if (!c.other_surfaces.empty())
-    return {
-        "put what stands there into the twin as an [[object]], or take it out of the rig's view (table "
-        "\"Other surfaces\")",
-        {}};
+  if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())
     return {

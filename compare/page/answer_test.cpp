@@ -122,12 +122,20 @@ TEST(Answer, AnotherSurfaceStandsBeforeWhatAgrees) {
     OtherSurfaceRow& row = c.other_surfaces.emplace_back();
     row.camera = n == 305 ? "right" : "left", row.n = n;
     row.why = "something stands there: " + std::to_string(n) + " pixels";
+    row.place_mm = {0.0, 0.0, 300.0};
   }
   EXPECT_EQ(
       answer_sentence(c),
       "Something stands there: 2485 pixels (camera left) (the largest of 2 such areas); what both show "
       "agrees in phase and geometry; gray differs by 4.70 DN rms, 2.3 times what noise and budget allow");
   EXPECT_THAT(next_step(c, {}, kCosim).text, HasSubstr("put what stands there into the twin"));
+  OtherSurfaceRow& largest = c.other_surfaces[1];
+  largest.seen = largest.object = "wall";
+  EXPECT_THAT(next_step(c, {}, kCosim).text, HasSubstr("check the pose of \"wall\" in the twin"));
+  largest.object = "box";
+  EXPECT_THAT(next_step(c, {}, kCosim).text, HasSubstr("the twin has \"box\" there and the rig does not"));
+  largest.seen.clear(), largest.place_mm.clear();
+  EXPECT_THAT(next_step(c, {}, kCosim).text, HasSubstr("which of rig and twin has something there"));
   c.explained = {row_of("gray", kNotExplained, 4.7, 5.29)};
   EXPECT_THAT(answer_sentence(c), HasSubstr("such areas); gray differs by"));
 }

@@ -32,7 +32,8 @@ struct OtherSurfaceRow {
     f.add("object", "object that the twin shows there; null where none is known", &Row::object)
         .or_null()
         .shown({"the twin shows"});
-    f.add("seen", "object of the twin whose surface the real points are on; null: of none", &Row::seen)
+    f.add("seen", "object of the twin whose surface the real points are on; null: of none, or no point tells",
+          &Row::seen)
         .or_null()
         .shown({"the rig shows"});
     f.add("before_mm",

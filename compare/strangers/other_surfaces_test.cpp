@@ -59,8 +59,8 @@ PlaneShape plane_at(double z_mm) {
 }
 
 /// One camera and a projector before a wall, as the twin says.
-SyntheticSides scene() {
-  SyntheticSides s = testing::make_sides({});
+SyntheticSides scene(const testing::SidesTruth& truth = {}) {
+  SyntheticSides s = testing::make_sides(truth);
   s.twin.objects = {{"wall", plane_at(kWall_mm), {}}};
   s.twin.measure.fits.clear();
   s.twin.measure.triangulate = Triangulate::projector;
@@ -86,6 +86,14 @@ void plant(const SyntheticSides& s, Side& side, double by_px, double z_mm, const
 
 std::vector<OtherSurfaceRow> rows_of(const SyntheticSides& s) {
   return other_surfaces(s.twin, s.real, s.simulated);
+}
+
+/// Takes the simulated side's phases away in a rectangle.
+void take_simulated(SyntheticSides& s, const Square& square = {}) {
+  measure::CameraDecode& decode = s.simulated.measurement->cameras[0];
+  for (int y = square.top; y < square.top + square.height; ++y)
+    for (int x = square.left; x < square.left + square.width; ++x)
+      decode.flags(x, y) = measure::kLowModulation;
 }
 
 /// Rays within a square of 20 px are of one length to 1 in 300: 0.1 mm of 30.
@@ -121,6 +129,15 @@ TEST(OtherSurfaces, SevenPixelsSquareAreFoundSixAreNot) {
   }
 }
 
+// More than 0.9 million pixels of both sides: 1e-5 of them are more than the 9 of the core of 7 x 7.
+TEST(OtherSurfaces, OfALargeImageTheSmallestAreaIsLarger) {
+  SyntheticSides s = scene({.width = 1400, .height = 1300, .steps = 3, .pitches_px = {kPitch_px}});
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {7, 7, 700, 600});
+  EXPECT_THAT(rows_of(s), IsEmpty());
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {10, 10, 700, 700});
+  EXPECT_THAT(rows_of(s), SizeIs(1));
+}
+
 // An outline that is a pixel or two elsewhere is a band as long as the object.
 TEST(OtherSurfaces, ABandAtAnOutlineIsNone) {
   SyntheticSides s = scene();
@@ -134,6 +151,16 @@ TEST(OtherSurfaces, WrongFringeOrdersAreNone) {
   plant(s, s.real, 2.0 * kPitch_px, kWall_mm - kNearer_mm);
   EXPECT_THAT(rows_of(s), IsEmpty());
   s.twin.measure.triangulate = Triangulate::stereo;  // two cameras' points do not follow wrong orders
+  EXPECT_THAT(rows_of(s), SizeIs(1));
+}
+
+// What else is off by part of a period in the whole image makes no other places of wrong orders.
+TEST(OtherSurfaces, WrongFringeOrdersAreNoneBesideAShiftOfAllFringes) {
+  SyntheticSides s = scene();
+  for (double& x : s.real.measurement->cameras[0].directions[0].coordinate_px.data) x += 0.1 * kPitch_px;
+  plant(s, s.real, 2.0 * kPitch_px, kWall_mm - kNearer_mm);
+  EXPECT_THAT(rows_of(s), IsEmpty());
+  plant(s, s.real, 0.4 * kPitch_px, kWall_mm - kNearer_mm);
   EXPECT_THAT(rows_of(s), SizeIs(1));
 }
 
@@ -174,9 +201,7 @@ TEST(OtherSurfaces, ADentOfMoreThanHalfAFringeIsNamed) {
 TEST(OtherSurfaces, AnObjectBeforeNothingIsNamed) {
   SyntheticSides s = scene();
   plant(s, s.real, 0.0, kWall_mm - kNearer_mm);
-  measure::CameraDecode& simulated = s.simulated.measurement->cameras[0];
-  for (int y = kTop; y < kTop + 20; ++y)
-    for (int x = kLeft; x < kLeft + 20; ++x) simulated.flags(x, y) = measure::kLowModulation;
+  take_simulated(s);
   put_wall(s.twin, s.simulated);
   const std::vector<OtherSurfaceRow> rows = rows_of(s);
   ASSERT_THAT(rows, SizeIs(1));
@@ -185,10 +210,72 @@ TEST(OtherSurfaces, AnObjectBeforeNothingIsNamed) {
   EXPECT_EQ(rows[0].object, "");
   EXPECT_TRUE(std::isnan(rows[0].before_mm));
   s = scene();  // the same pixels, of a surface that the twin has and the simulated side missed
-  measure::CameraDecode& missed = s.simulated.measurement->cameras[0];
-  for (int y = kTop; y < kTop + 20; ++y)
-    for (int x = kLeft; x < kLeft + 20; ++x) missed.flags(x, y) = measure::kLowModulation;
+  take_simulated(s);
   put_wall(s.twin, s.simulated);
+  EXPECT_THAT(rows_of(s), IsEmpty());
+}
+
+// Wrong orders that no simulated phase tells to be whole ones: each pixel is somewhere else.
+TEST(OtherSurfaces, ScatteredPointsThatTheRealSideAloneMeasuredAreNone) {
+  SyntheticSides s = scene();
+  take_simulated(s);
+  for (int i = 0; i < 400; ++i)
+    plant(s, s.real, 0.0, kWall_mm + (i * 7 % 5 - 2) * 10.0, {1, 1, kLeft + i % 20, kTop + i / 20});
+  EXPECT_THAT(rows_of(s), IsEmpty());
+  plant(s, s.real, 0.0, kWall_mm - kNearer_mm);
+  EXPECT_THAT(rows_of(s), SizeIs(1));
+}
+
+// One pixel of a wrong order says nothing of an area that the real side alone measured.
+TEST(OtherSurfaces, AnObjectBeforeNothingIsFoundDespiteAWrongOrder) {
+  SyntheticSides s = scene();
+  plant(s, s.real, 0.0, kWall_mm - kNearer_mm);
+  take_simulated(s);
+  s.simulated.measurement->cameras[0].flags(kLeft + 9, kTop + 9) = measure::kValid;
+  plant(s, s.real, kPitch_px, kWall_mm - kNearer_mm, {1, 1, kLeft + 9, kTop + 9});
+  const std::vector<OtherSurfaceRow> rows = rows_of(s);
+  ASSERT_THAT(rows, SizeIs(1));
+  EXPECT_EQ(rows[0].n_other_order, 1u);
+}
+
+// An outline that is a pixel elsewhere, and that the object touches, neither hides nor moves it.
+TEST(OtherSurfaces, AnObjectThatTouchesABandIsFoundByItself) {
+  SyntheticSides s = scene();
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {10, 10, 100, 80});
+  for (const Square& band : {Square{40, 1, 60, 84}, Square{1, 60, 60, 50}}) take_simulated(s, band);
+  const std::vector<OtherSurfaceRow> rows = rows_of(s);
+  ASSERT_THAT(rows, SizeIs(1));
+  EXPECT_EQ(rows[0].n, 100u);
+  EXPECT_EQ(rows[0].n_other_order, 100u);
+  EXPECT_THAT(rows[0].middle_px, ElementsAre(104.5, 84.5));
+  EXPECT_EQ(rows[0].seen, "");
+}
+
+// Of so many points a part is asked: here 2000 of 3600.
+TEST(OtherSurfaces, OfALargeAreaAPartOfThePointsTells) {
+  SyntheticSides s = scene();
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm, {60, 60});
+  std::vector<OtherSurfaceRow> rows = rows_of(s);
+  ASSERT_THAT(rows, SizeIs(1));
+  EXPECT_EQ(rows[0].n, 3600u);
+  EXPECT_EQ(rows[0].n_other_order, 3600u);
+  EXPECT_EQ(rows[0].seen, "");
+  EXPECT_NEAR(rows[0].place_mm[2], kWall_mm - kNearer_mm, 1e-9);
+  plant(s, s.real, 0.0, kWall_mm, {60, 33});  // 55 % of the points are on the wall
+  rows = rows_of(s);
+  ASSERT_THAT(rows, IsEmpty());
+}
+
+// Points that could be on either side of the narrowest gate name no object.
+TEST(OtherSurfaces, TheSmallestGateSaysWhichPointsTell) {
+  SyntheticSides s = scene();
+  s.twin.objects.push_back({"far plate", plane_at(2.0 * kWall_mm), {}});
+  s.twin.measure.fits.resize(2);
+  s.twin.measure.fits[0].object = "wall", s.twin.measure.fits[0].gate_mm = 0.5;
+  s.twin.measure.fits[1].object = "far plate", s.twin.measure.fits[1].gate_mm = 5.0;
+  plant(s, s.real, kOther_px, kWall_mm - kNearer_mm);
+  EXPECT_THAT(rows_of(s), SizeIs(1));
+  for (float& sigma_mm : s.real.measurement->cloud.sigma_mm) sigma_mm = 0.2F;
   EXPECT_THAT(rows_of(s), IsEmpty());
 }
 
@@ -207,6 +294,17 @@ TEST(OtherSurfaces, WithoutPointsThePhaseTells) {
   ASSERT_THAT(rows, SizeIs(1));
   EXPECT_EQ(rows[0].object, "");
   EXPECT_THAT(rows[0].place_mm, IsEmpty());
+  EXPECT_THAT(rows[0].why, HasSubstr("the rig shows something else there than the twin: 400 pixels"));
+}
+
+// Noise gives one pixel another order in an area of which nothing else is known.
+TEST(OtherSurfaces, WithoutPointsOnePixelIsNoSurface) {
+  SyntheticSides s = scene();
+  take_simulated(s, {40, 40});
+  s.simulated.measurement->cameras[0].flags(kLeft + 20, kTop + 20) = measure::kValid;
+  plant(s, s.real, kOther_px, kWall_mm, {1, 1, kLeft + 20, kTop + 20});
+  for (Side* side : {&s.real, &s.simulated}) side->measurement->cloud = {};
+  EXPECT_THAT(rows_of(s), IsEmpty());
 }
 
 TEST(OtherSurfaces, AnObjectMadeFromTheCaptureIsNoTruth) {

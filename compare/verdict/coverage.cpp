@@ -64,6 +64,23 @@ bool is_hardly_covered(const CoverageRow& row) {
   return is_judged_on_cover(row) && !(row.covered_fraction() >= kLeastCovered);
 }
 
+/// Returns whether the row is beyond its allowances by no more than areas that show another surface: of the
+/// pixels that the real side alone measures without those of the areas so few are left.
+bool is_told_by_surfaces(const CoverageRow& row, const std::vector<OtherSurfaceRow>& told) {
+  if (row.explained || has_wide_borders(row) || is_hardly_covered(row)) return false;
+  std::uint64_t n = 0;
+  for (const OtherSurfaceRow& surface : told) {
+    const std::string shown = surface.seen.empty() ? kNotInTheTwin : surface.seen;
+    const bool is_here = row.object.empty() || row.object == shown;
+    if (surface.camera == row.camera && is_here) n += surface.n - surface.n_other_order;
+  }
+  if (n == 0) return false;
+  CoverageRow rest = row;
+  rest.real_only.thick -= std::min(n, row.real_only.thick);
+  rest.real_only.interior -= std::min(n, row.real_only.interior);
+  return !has_areas(rest);
+}
+
 /// Returns why most of the pixels that one side lacks have no phase there.
 std::string reason(const OneSided& pixels, const std::string& lacking) {
   const std::array<std::pair<std::uint64_t, std::string>, 4> reasons{{
@@ -382,14 +399,17 @@ std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<C
   return out;
 }
 
-std::vector<std::string> coverage_warnings(const std::vector<CoverageRow>& rows) {
+std::vector<std::string> coverage_warnings(const std::vector<CoverageRow>& rows,
+                                           const std::vector<OtherSurfaceRow>& told) {
   std::vector<std::string> out;
   const CoverageRow* camera = nullptr;
+  bool camera_tells_areas = false;
   for (const CoverageRow& row : rows) {
-    if (row.object.empty()) camera = &row;
-    if (row.explained) continue;
+    const bool is_told = is_told_by_surfaces(row, told);
+    if (row.object.empty()) camera = &row, camera_tells_areas = has_areas(row) && !is_told;
+    if (row.explained || is_told) continue;
     const bool is_new =
-        row.object.empty() || (has_areas(row) ? !has_areas(*camera) : !is_hardly_covered(*camera));
+        row.object.empty() || (has_areas(row) ? !camera_tells_areas : !is_hardly_covered(*camera));
     if (!is_new) continue;
     const std::string of = row.object.empty() ? "" : ", \"" + row.object + "\"";
     out.push_back(fmt::format("coverage of {}{}: {}", row.camera, of, row.why));

@@ -28,8 +28,9 @@ std::vector<CoverageRow> coverage_rows(const Twin& twin, const Side& real, const
 std::vector<ExplainedRow> explain_coverage(const Twin& twin, const std::vector<CoverageRow>& rows);
 
 /// Returns the sentences that a reader must see: of each camera that is not explained; of its objects where
-/// they tell more than the camera's own row.
-std::vector<std::string> coverage_warnings(const std::vector<CoverageRow>& rows);
+/// they tell more than the camera's own row. Nothing of areas that `told` says by itself.
+std::vector<std::string> coverage_warnings(const std::vector<CoverageRow>& rows,
+                                           const std::vector<OtherSurfaceRow>& told = {});
 
 /// The name of the row of points that are near no object of the twin.
 inline constexpr const char* kNotInTheTwin = "not in the twin";

@@ -65,7 +65,7 @@ NearestObject::NearestObject(const Twin& twin) : is_known_(std::ranges::all_of(t
   for (const Object& object : twin.objects) {
     const double gate = gate_of(twin, object.name);
     surfaces_.emplace_back(object, gate);
-    gate_mm_ = std::max(gate_mm_, gate);
+    least_gate_mm_ = std::min(least_gate_mm_, gate);
   }
 }
 

@@ -3,6 +3,7 @@
 // in, one label per pixel comes out.
 #pragma once
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "measure/fit/object_fits.hpp"
@@ -26,12 +27,12 @@ class NearestObject {
   bool is_known() const { return is_known_; }
   /// Returns the index of the object, kNoObject beyond every gate.
   int operator()(const Eigen::Vector3d& p_world_mm) const;
-  /// Returns the widest gate of all objects.
-  double gate_mm() const { return gate_mm_; }
+  /// Returns the smallest gate of all objects; infinity without any.
+  double least_gate_mm() const { return least_gate_mm_; }
 
  private:
   std::vector<measure::SurfaceGate> surfaces_;
-  double gate_mm_ = 0.0;
+  double least_gate_mm_ = std::numeric_limits<double>::infinity();
   bool is_known_ = false;
 };
 

@@ -121,6 +121,13 @@ TEST(Coverage, AnObjectThatTheTwinLacksIsNamedWithItsPlace) {
     EXPECT_THAT(coverage_warnings(rows),
                 ElementsAre(AllOf(HasSubstr("400 pixels"), HasSubstr("real side only"), HasSubstr("dark"),
                                   HasSubstr("near no object of the twin"), HasSubstr("y 7 to 22"))));
+    OtherSurfaceRow told;  // a finding of all its pixels
+    told.camera = all.camera, told.n = all.real_only.n;
+    EXPECT_THAT(coverage_warnings(rows, {told}), IsEmpty());
+    told.camera = "a third";
+    EXPECT_THAT(coverage_warnings(rows, {told}), SizeIs(1));
+    told.camera = all.camera, told.n = 200;
+    EXPECT_THAT(coverage_warnings(rows, {told}), SizeIs(1));
     const std::vector<ExplainedRow> verdict = explain_coverage(s.twin, rows);
     ASSERT_THAT(verdict, SizeIs(2));
     EXPECT_EQ(verdict[camera].explained(), false);
@@ -332,7 +339,10 @@ TEST(Coverage, IsAVerdictAWarningAndALimitOfAComparison) {
   plant(s, s.real);
   c = compare(s.twin, s.real, s.simulated, {});
   EXPECT_EQ(c.budget_verdict().coverage, "not explained");
-  EXPECT_THAT(c.warnings, ::testing::Contains(HasSubstr("real side only")));
+  // the area is warned of once, as another surface; the verdict has both sentences
+  EXPECT_THAT(c.warnings, ElementsAre(HasSubstr("something stands there that the twin does not have")));
+  EXPECT_THAT(c.explained,
+              ::testing::Contains(::testing::Field(&ExplainedRow::why, HasSubstr("real side only"))));
   ASSERT_THAT(c.limits, SizeIs(2));
   EXPECT_EQ(c.limits[1].name, "one_sided_fraction");
   // the worst row is that of the points near no object: all of them are on one side
