@@ -192,10 +192,10 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
   const Stopwatch fit_watch;
   m.fits = fit_objects(twin, m.cloud);
   throw_if_cancelled();
+  m.gate_warnings = gate_warnings(twin, m.cloud, m.fits);
   m.timing_s["fit"] = fit_watch.elapsed().wall_s;
   for (const ObjectFit& fit : m.fits)
     if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
-  m.gate_warnings = gate_warnings(twin, m.cloud, m.fits);
   m.warnings.insert(m.warnings.end(), m.gate_warnings.begin(), m.gate_warnings.end());
   return m;
 }
