@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -68,30 +69,44 @@ std::optional<std::string> weak_direction(const Twin& twin, const PointCloud& cl
       px_per_mm[1 - has] / px_per_mm[has]);
 }
 
-std::vector<Doubt> pitch_doubts(const Measurement& real) {
+std::vector<Doubt> pitch_doubts(const CameraDecode& camera) {
   std::vector<Doubt> doubts;
-  for (const CameraDecode& camera : real.cameras)
-    for (const DirectionDecode& d : camera.directions)
-      if (const auto sentence = pitch_doubt(d))
-        doubts.push_back({fmt::format("camera \"{}\", {}", camera.camera, *sentence), true});
+  for (const DirectionDecode& d : camera.directions)
+    if (const auto sentence = pitch_doubt(d))
+      doubts.push_back({fmt::format("camera \"{}\", {}", camera.camera, *sentence), true});
   return doubts;
+}
+
+/// Returns the doubts about the pitches of each camera, and takes those that they explain from that camera's
+/// own. Where an image repeats another one the phases tell no pitch.
+std::vector<Doubt> take_doubts_for_pitches(const Measurement& real, std::vector<std::vector<Doubt>>& own) {
+  std::vector<Doubt> out;
+  for (std::size_t c = 0; c < own.size(); ++c) {
+    if (std::ranges::find(own[c], DoubtKind::repeated_image, &Doubt::kind) != own[c].end()) continue;
+    std::vector<Doubt> pitches = pitch_doubts(real.cameras[c]);
+    if (pitches.empty()) continue;
+    std::erase_if(own[c], [](const Doubt& doubt) { return doubt.kind == DoubtKind::explained_by_pitches; });
+    std::ranges::move(pitches, std::back_inserter(out));
+  }
+  return out;
 }
 
 }  // namespace
 
 std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
                                         const Measurement& real, const Measurement* simulated) {
-  std::vector<Doubt> out;
+  std::vector<std::vector<Doubt>> own;  // of each camera
   for (std::size_t c = 0; c < images.size(); ++c) {
     const ExpectedCoordinates expected =
         simulated ? expected_coordinates(twin, *simulated, c) : ExpectedCoordinates();
-    std::vector<Doubt> doubts = description_doubts(
-        images[c], twin.fringes, decode_options(twin, twin.cameras[c], images[c]), real.cameras[c], expected);
-    std::move(doubts.begin(), doubts.end(), std::back_inserter(out));
+    own.push_back(description_doubts(images[c], twin.fringes,
+                                     decode_options(twin, twin.cameras[c], images[c]), real.cameras[c],
+                                     expected));
   }
-  // Pitches that are others than stated make wrong fringe orders, which an origin elsewhere seems to mend.
-  if (!out.empty() || mostly_rejected(real.triangulation))
-    if (std::vector<Doubt> pitches = pitch_doubts(real); !pitches.empty()) out = std::move(pitches);
+  std::vector<Doubt> out;
+  if (!std::ranges::all_of(own, &std::vector<Doubt>::empty) || mostly_rejected(real.triangulation))
+    out = take_doubts_for_pitches(real, own);
+  for (std::vector<Doubt>& doubts : own) std::ranges::move(doubts, std::back_inserter(out));
   if (out.empty())
     if (auto sentence = swapped_images(twin, real)) out.push_back({std::move(*sentence), true});
   if (auto sentence = weak_direction(twin, real.cloud)) out.push_back({std::move(*sentence)});

@@ -9,8 +9,10 @@
 namespace fringetwin::measure {
 
 /// Returns what speaks against [fringes] of the twin in a real capture set: the doubts of every camera
-/// (description/doubts.hpp), and a direction that tells less of the depth than the other would. `simulated`:
-/// the same measured on the rendered images, with which more can be seen; may be null.
+/// (description/doubts.hpp), first of all those about pitches, which take the place of what they explain of
+/// the same camera; images of two cameras that are exchanged or turned; and a direction that tells less of
+/// the depth than the other would. `simulated`: the same measured on the rendered images, with which more can
+/// be seen; may be null.
 std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
                                         const Measurement& real, const Measurement* simulated);
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "tests/support/measure/measure_rig.hpp"
 
@@ -42,11 +43,13 @@ struct Rig {
   Fringes shown = twin.fringes;
   double gamma = 1.0;
   bool exchanged = false;
+  std::optional<std::size_t> repeats;  ///< the image of camera 0 that the next one repeats
 
   std::vector<std::string> doubts() const {
     std::vector<CameraImages> images;
     for (const std::size_t camera : {0u, 1u})
       images.push_back(shown_images(twin, exchanged ? 1 - camera : camera, shown, gamma));
+    if (repeats) images[0].images.at(*repeats + 1) = images[0].images.at(*repeats);
     std::vector<std::string> out;
     for (const Doubt& doubt : description_warnings(twin, images, measure(twin, images), nullptr))
       out.push_back(doubt.sentence);
@@ -73,6 +76,25 @@ TEST(DescriptionWarnings, AWrongPitchIsNamedAndNoOriginThatSeemsToMendIt) {
   rig.shown.directions.at(0).pitches_px.at(1) *= 1.004;
   EXPECT_THAT(rig.doubts(),
               AllOf(::testing::Not(::testing::IsEmpty()), ::testing::Each(HasSubstr("pitches_px says"))));
+}
+
+// A camera that missed an image: what its phases say of the pitches is not asked, and no other sentence takes
+// the place of this one, though the other camera's pitches are doubted beside it.
+TEST(DescriptionWarnings, ARepeatedImageStaysTold) {
+  Rig rig;
+  rig.repeats = 5;
+  const std::string repeated = "image 6 repeats image 5", of_first = '"' + rig.twin.cameras[0].name + '"',
+                    of_second = '"' + rig.twin.cameras[1].name + '"';
+  const std::vector<std::string> alone = rig.doubts();
+  EXPECT_THAT(alone, ::testing::Contains(AllOf(HasSubstr(repeated), HasSubstr(of_first))));
+  EXPECT_THAT(alone, ::testing::Each(::testing::Not(HasSubstr("pitches_px says"))));
+  rig.shown.directions.at(0).pitches_px.at(1) *= 1.004;
+  const std::vector<std::string> both = rig.doubts();
+  ASSERT_FALSE(both.empty());
+  EXPECT_THAT(both.front(), AllOf(HasSubstr("pitches_px says"), HasSubstr(of_second)));
+  EXPECT_THAT(both, ::testing::Contains(AllOf(HasSubstr(repeated), HasSubstr(of_first))));
+  EXPECT_THAT(both, ::testing::Not(::testing::Contains(
+                        AllOf(HasSubstr("pitches_px says"), HasSubstr("camera " + of_first)))));
 }
 
 }  // namespace

@@ -64,14 +64,14 @@ void warn_of_light(const Twin& twin, const CameraDecode& decode, std::vector<std
           : "the lit pixels are too few, or too alike in phase, to tell the light of the images"));
 }
 
-/// Says where most of the pixels that could have a point have none.
+/// Says where most of the pixels that could have a point have none. Those of too large a sigma are neither.
 void warn_of_rejected(const TriangulationSummary& t, std::vector<std::string>& warnings) {
   if (mostly_rejected(t))
     warnings.push_back(fmt::format(
         "{} of the {} pixels with a match ({:.0f} %) were rejected because their rays give no point; points "
-        "left: {}. The images do not belong to these poses: check the poses of cameras and projector, and "
+        "left: {}. The images may not belong to these poses: check the poses of cameras and projector, and "
         "which images are whose",
-        t.n_rejected, matched_pixels(t), 100.0 * rejected_share(t), t.n_points));
+        missing_pixels(t), judged_pixels(t), 100.0 * rejected_share(t), t.n_points));
 }
 
 /// Returns the decodes that points are made of, without their mixed pixels.
@@ -192,10 +192,10 @@ Measurement measure_decoded(const Twin& twin, std::vector<CameraDecode> cameras,
   const Stopwatch fit_watch;
   m.fits = fit_objects(twin, m.cloud);
   throw_if_cancelled();
+  m.gate_warnings = gate_warnings(twin, m.cloud, m.fits);
   m.timing_s["fit"] = fit_watch.elapsed().wall_s;
   for (const ObjectFit& fit : m.fits)
     if (!fit.warning.empty()) m.warnings.push_back(fit.object + ": " + fit.warning);
-  m.gate_warnings = gate_warnings(twin, m.cloud, m.fits);
   m.warnings.insert(m.warnings.end(), m.gate_warnings.begin(), m.gate_warnings.end());
   return m;
 }

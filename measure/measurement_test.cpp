@@ -143,6 +143,7 @@ TEST(Measurement, ManyRejectedPixelsAreSaidWithTheirCounts) {
   ASSERT_TRUE(mostly_rejected(t)) << t.n_rejected << " of " << matched_pixels(t);
   ASSERT_GT(t.n_points, 0u);
   EXPECT_EQ(t.n_points + t.n_rejected, matched_pixels(t));
+  EXPECT_EQ(t.n_too_uncertain, 0u);
   const std::string counts = std::to_string(t.n_rejected) + " of the " +
                              std::to_string(t.n_points + t.n_rejected) + " pixels with a match (";
   EXPECT_TRUE(std::ranges::any_of(m.warnings, [&](const std::string& w) {

@@ -211,7 +211,8 @@ std::vector<TriedReading> swapped_readings(const Twin& twin, const CameraDecode&
 bool rays_miss_each_other(const Twin& twin, const Measurement& measured) {
   if (!can_triangulate(twin) || twin.triangulate() != Triangulate::stereo) return false;
   const TriangulationSummary& all = measured.triangulation;
-  if (rejected_share(all) > kManyRejected) return true;
+  if (all.n_candidates < kFewestJudgedPixels) return false;
+  if (judged_pixels(all) >= kFewestJudgedPixels && rejected_share(all) > kManyRejected) return true;
   const auto points = static_cast<double>(all.n_points), candidates = static_cast<double>(all.n_candidates);
   if (points >= kFewPoints * candidates) return false;
   const EpipolarRanges seen(twin, measured.cameras[1]);

@@ -36,9 +36,10 @@ struct Sensor {
   double black_level_dn = 0.0;
   std::optional<double> electrons_per_dn;  ///< shot noise on when given
   std::optional<double> read_noise_dn;
-  CameraResponse response = {};  ///< of the signal gain_dn E, before black level and noise
-  PixelMap prnu = {};            ///< factor of each pixel's gain_dn, mean 1
-  PixelMap dsnu = {};            ///< what each pixel has more than black_level_dn, DN
+  CameraResponse response = {};        ///< of the signal gain_dn E, before black level and noise
+  PixelMap prnu = {};                  ///< factor of each pixel's gain_dn, mean 1
+  PixelMap dsnu = {};                  ///< what each pixel has more than black_level_dn, DN
+  bool black_level_is_stated = false;  ///< whether the twin's file has the key: a 0 there is known to be 0
   double max_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
   bool has_noise() const { return electrons_per_dn.has_value() || read_noise_dn.value_or(0.0) > 0.0; }
   bool has_maps() const { return prnu.values || dsnu.values; }

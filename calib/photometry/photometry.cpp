@@ -2,6 +2,7 @@
 #include "calib/photometry/photometry.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -249,17 +250,21 @@ void update_sensor(CameraPhotometry& out) {
 /// Says what is not told, or wrong, because nothing says the black level.
 void warn_of_unknown_black(const CameraPhotometry& camera, std::vector<std::string>& warnings) {
   if (camera.black_known) return;
-  std::string without =
-      camera.transfer ? "the read noise, which is the noise at that level, is not told" : "";
+  std::vector<std::string> without;
+  if (camera.transfer) without.push_back("the read noise, which is the noise at that level, is not told");
   if (camera.flat)
-    without += std::string(without.empty() ? "" : "; ") +
-               "vignetting and prnu are too small by the black level's share of the gray values, and --into "
-               "leaves them out";
+    without.push_back(
+        "vignetting and prnu are too small by the black level's share of the gray values, and --into "
+        "leaves them out");
+  if (camera.light && camera.light->differ())
+    without.push_back(
+        "light_factors and exposure_factors are nearer to 1 than those of the light, by that share of the "
+        "gray values");
   if (!without.empty())
     warnings.push_back(fmt::format(
-        "camera {}: neither dark images nor the twin (black_level_dn is 0) say the black level: {}; give "
-        "--dark, or state black_level_dn",
-        camera.camera, without));
+        "camera {}: neither dark images nor the twin, which has no black_level_dn, say the black level: {}; "
+        "give --dark, or state black_level_dn",
+        camera.camera, fmt::join(without, "; ")));
 }
 
 void measure_flat(const CameraFrames& frames, double saturation_dn,
@@ -409,7 +414,8 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     const double saturation = camera.saturation.level_dn;
     add_dark(frames[c].dark, saturation, camera, out.warnings);
     // Dark images that are cut off at 0 say that it is about 0.
-    camera.black_known = !frames[c].dark.empty() || camera.sensor.black_level_dn > 0.0;
+    camera.black_known =
+        !frames[c].dark.empty() || camera.sensor.black_level_is_stated || camera.sensor.black_level_dn > 0.0;
     measure_transfer(twin, frames[c], saturation, camera, out.warnings);
     camera.linearity = exposure_linearity(frames[c]);
     measure_response(frames[c], saturation, camera, out.warnings);
@@ -417,8 +423,8 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     measure_maps(frames[c], saturation, camera, out.warnings);
     measure_projector(twin, c, frames[c], saturation, camera, out.warnings);
     update_sensor(camera);
-    warn_of_unknown_black(camera, out.warnings);
     measure_light(twin, frames[c], camera);
+    warn_of_unknown_black(camera, out.warnings);
     anything = anything || camera.transfer || camera.response || camera.flat || camera.black_measured ||
                !camera.directions.empty();
     out.cameras.push_back(std::move(camera));

@@ -41,8 +41,8 @@ struct CameraPhotometry {
   std::string camera;
   Sensor sensor;  ///< the twin's, with what was measured put in
   bool black_measured = false;
-  /// Whether anything says the black level: dark images, or a black_level_dn of the twin above 0. A 0 there
-  /// is what a twin has that says nothing.
+  /// Whether anything says the black level: dark images, or the twin's black_level_dn, be it 0. A twin
+  /// without that key says nothing.
   bool black_known = false;
   Estimate black_level_dn, dark_noise_dn;  ///< of the dark images; dark noise needs two
   std::optional<PhotonTransfer> transfer;

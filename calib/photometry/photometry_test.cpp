@@ -153,6 +153,9 @@ TEST(Photometry, WithoutABlackLevelThereIsNoReadNoise) {
     EXPECT_THAT(p.warnings, Not(Contains(HasSubstr("the read noise"))));
     return p.cameras.at(0).transfer.value().read_noise_dn;
   };
+  Twin of_zero = unstated;  // a level that is wrong, but said
+  of_zero.cameras[0].sensor.black_level_is_stated = true;
+  EXPECT_TRUE(std::isfinite(read_noise(of_zero).value));
   const Estimate stated = read_noise(photometry_twin(f, s));
   EXPECT_NEAR(stated.value, 1.3, 4.0 * stated.sigma);
   EXPECT_LT(stated.sigma, 0.2);
@@ -161,6 +164,23 @@ TEST(Photometry, WithoutABlackLevelThereIsNoReadNoise) {
     for (float& value : image.data) value = expose(0.0, s, random);
   const Estimate measured = read_noise(unstated);
   EXPECT_NEAR(measured.value, 1.3, 4.0 * measured.sigma);
+}
+
+// With a black level b that is taken for 0, a light of 1 + e looks like one of 1 + e L / (L + b).
+TEST(Photometry, WithoutABlackLevelFactorsOfTheLightAreDoubted) {
+  const TrueSensor s{.black_dn = 31.0};
+  TrueFringes f;
+  f.steps = 5;
+  f.pitches_px = {16.0, 4.0};
+  f.lamp = {0.98, 0.99, 1.0, 1.01, 1.02, 1.02, 0.98, 1.01, 0.99, 1.0};
+  std::mt19937_64 random(19);
+  const CameraFrames frames{.captures = {drawn_fringes(f, s, random)}, .series = {}, .dark = {}, .flat = {}};
+  Twin unstated = photometry_twin(f, s);
+  const auto told = [&](const Twin& twin) { return analyse_photometry(twin, {frames}).warnings; };
+  EXPECT_THAT(told(unstated), Not(Contains(HasSubstr("light_factors"))));
+  unstated.cameras[0].sensor.black_level_dn = 0.0;
+  EXPECT_THAT(told(unstated),
+              Contains(AllOf(HasSubstr("light_factors and exposure_factors"), HasSubstr("give --dark"))));
 }
 
 TEST(Photometry, RefusesInOneSentence) {

@@ -81,6 +81,14 @@ Counts count(const CameraDecode& decoded, const ImageU8& reached) {
   return out;
 }
 
+/// Returns what a doubt is about that `answer` settles, or the described reading where none does.
+DoubtKind kind_of(const Fringes& fringes, const ReadingScore& described, const Reading& answer) {
+  const bool is_of_steps = described.residual > kResidual;  // each pitch by itself, whatever it is
+  const bool turns = !std::ranges::equal(answer.fringes.directions, fringes.directions, {},
+                                         &DirectionFringes::axis, &DirectionFringes::axis);
+  return answer.single_images || turns || is_of_steps ? DoubtKind::other : DoubtKind::explained_by_pitches;
+}
+
 std::string what_is_wrong(const ReadingScore& s, const Counts& counts) {
   if (jumps_or_few(s)) return counts.text();
   if (s.residual > kResidual)
@@ -194,8 +202,8 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
     if (answers(described, reading, score) && (!best || score.good > best->score.good + 1e-3))
       best = Answer{std::move(reading), score};
   }
-  const auto tell = [&](const std::string& sentence, bool shows_other_fringes) {
-    out.push_back({fmt::format("camera \"{}\": {}", images.camera, sentence), shows_other_fringes});
+  const auto tell = [&](const std::string& sentence, bool shows_other_fringes, DoubtKind kind) {
+    out.push_back({fmt::format("camera \"{}\": {}", images.camera, sentence), shows_other_fringes, kind});
   };
   const ImageU8 reached = reached_pixels(images, all_steps.min_modulation_dn);
   const Counts everywhere = count(decoded, reached);
@@ -203,13 +211,14 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
   for (const auto& [earlier, later] : repeated)
     tell(fmt::format("image {} repeats image {}, so that one pattern of the sequence is missing", later,
                      earlier),
-         true);
+         true, DoubtKind::repeated_image);
   if (best)
     tell(fmt::format("the images {} not as described: {}; {}", best->reading.shifts_only ? "may be" : "are",
                      wrong, what_would_be(described, best->reading, best->score, images, all_steps, reached)),
-         !best->reading.shifts_only);
+         !best->reading.shifts_only, kind_of(fringes, described, best->reading));
   else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
-    tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong), false);
+    tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong), false,
+         kind_of(fringes, described, described_reading(fringes)));
   return out;
 }
 

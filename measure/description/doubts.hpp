@@ -10,11 +10,17 @@
 
 namespace fringetwin::measure {
 
+/// What a doubt is about. Pitches that are others than stated make wrong fringe orders and coordinates
+/// elsewhere, which an origin or another order of the pitches seems to mend; they repeat no image, exchange
+/// none and leave no residuals of the phase steps.
+enum class DoubtKind { other, explained_by_pitches, repeated_image };
+
 /// Holds what speaks against the description of the images.
 struct Doubt {
   std::string sentence;
   /// True where the images show other fringes than described: another reading fits, or an image is missing.
   bool shows_other_fringes = false;
+  DoubtKind kind = DoubtKind::other;
 };
 
 /// Returns a doubt per contradiction, each beginning with the camera; none where the images are as

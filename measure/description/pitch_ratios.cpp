@@ -78,11 +78,28 @@ class LineWalk {
   std::optional<double> last_rad_;
 };
 
-/// Sums the runs of the lines that belong to a part of the image.
-Turns turns_of(const DirectionDecode& decoded, std::size_t part) {
+/// Returns the median size of the finest phase's steps from pixel to pixel, along x or y; 0 without any.
+double median_step_rad(const ImageF& phase, int dx, int dy) {
+  std::vector<double> steps_rad;
+  for (int y = dy; y < phase.height; y += kEveryLine)
+    for (int x = dx; x < phase.width; x += kEveryLine) {
+      const double step_rad =
+          to_half_turn(static_cast<double>(phase(x, y)) - static_cast<double>(phase(x - dx, y - dy)));
+      if (std::isfinite(step_rad)) steps_rad.push_back(std::abs(step_rad));
+    }
+  return steps_rad.empty() ? 0.0 : upper_median(std::span<double>(steps_rad));
+}
+
+/// Returns whether the fringes follow each other along the image's x, however the camera is turned.
+bool fringes_follow_x(const DirectionDecode& decoded) {
+  const ImageF& finest = decoded.wrapped_rad[static_cast<std::size_t>(decoded.finest)];
+  return median_step_rad(finest, 1, 0) >= median_step_rad(finest, 0, 1);
+}
+
+/// Sums the runs of the lines, along x or y, that belong to a part of the image.
+Turns turns_of(const DirectionDecode& decoded, bool along_x, std::size_t part) {
   Turns turns{std::vector<double>(decoded.pitches_px.size(), 0.0)};
   const ImageF& phase = decoded.wrapped_rad.front();
-  const bool along_x = decoded.axis == Axis::x;
   const int lines = along_x ? phase.height : phase.width, pixels = along_x ? phase.width : phase.height;
   LineWalk walk(decoded, turns);
   for (int line = 0; line < lines; line += kEveryLine) {
@@ -130,10 +147,11 @@ double least_turns(const std::vector<double>& turns_rad, const std::vector<doubl
 std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded) {
   const std::size_t n = decoded.pitches_px.size();
   if (n < 2 || decoded.wrapped_rad.size() != n) return std::nullopt;
+  const bool along_x = fringes_follow_x(decoded);
   std::array<Turns, kLineParts> parts;
   Turns all{std::vector<double>(n, 0.0)};
   for (std::size_t part = 0; part < kLineParts; ++part) {
-    parts[part] = turns_of(decoded, part);
+    parts[part] = turns_of(decoded, along_x, part);
     all.runs += parts[part].runs;
     for (std::size_t k = 0; k < n; ++k) all.sum_rad[k] += parts[part].sum_rad[k];
   }

@@ -124,6 +124,20 @@ TEST(PitchRatios, OneThatIsOffIsToldOfShortRuns) {
   }
 }
 
+// A camera turned by 90 degrees sees the fringes of columns one below the other.
+TEST(PitchRatios, OneThatIsOffIsToldOfATurnedCamera) {
+  support::FringeScene s = scene();
+  s.column_px = ImageD(120, 320, 0.0);
+  for (int y = 0; y < 320; ++y)
+    for (int x = 0; x < 120; ++x) s.column_px(x, y) = 150.0 + 470.0 * y / 320.0 + 0.1 * x;
+  const Fringes stated = three(13.0, 14.0, 15.0);
+  EXPECT_FALSE(pitch_doubt(decode_scene(stated, stated, s, 1.0)));
+  const auto told = pitch_ratios(decode_scene(three(13.0, 14.056, 15.0), stated, s, 1.0));
+  ASSERT_TRUE(told);
+  EXPECT_NEAR(told->pitches_px[1] / 14.056, 1.0, 5e-4);
+  EXPECT_TRUE(pitch_doubt(decode_scene(three(13.0, 14.056, 15.0), stated, s, 1.0)));
+}
+
 TEST(PitchRatios, AScaleOfAllIsNotTold) {
   EXPECT_FALSE(pitch_doubt(decoded(three(13.13, 14.14, 15.15), three(13.0, 14.0, 15.0))));
 }

@@ -32,6 +32,7 @@ PointCloud join_rows(const std::vector<PointRow>& rows, const Pose& T_world_cam,
     total.n_no_match += row.summary.n_no_match;
     total.n_ambiguous += row.summary.n_ambiguous;
     total.n_rejected += row.summary.n_rejected;
+    total.n_too_uncertain += row.summary.n_too_uncertain;
     residual_sum_sq += row.residual_sum_sq;
   }
   total.n_points = n;

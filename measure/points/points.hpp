@@ -34,9 +34,11 @@ inline Image<int> point_grid(const PointCloud& cloud, int width_px, int height_p
 struct TriangulationSummary {
   std::size_t n_candidates = 0;  ///< valid pixels of the first camera that were tried
   std::size_t n_points = 0;
-  std::size_t n_no_match = 0;    ///< nothing of that coordinate in the second image
-  std::size_t n_ambiguous = 0;   ///< several matches; decided by the neighbours, else among n_rejected
-  std::size_t n_rejected = 0;    ///< no convergence, depth jump, absurd angle or sigma, isolated
+  std::size_t n_no_match = 0;   ///< nothing of that coordinate in the second image
+  std::size_t n_ambiguous = 0;  ///< several matches; decided by the neighbours, else among n_rejected
+  std::size_t n_rejected = 0;   ///< no convergence, depth jump, absurd angle or sigma, isolated
+  /// Of n_rejected: those whose rays meet with too large a sigma alone, and those isolated among such.
+  std::size_t n_too_uncertain = 0;
   std::size_t n_mixed = 0;       ///< border pixels of the cameras used that were not tried (mixed_pixels.hpp)
   double match_s = 0.0;          ///< wall time of finding the depths: stereo match, or projector intersection
   double residual_rms_px = 0.0;  ///< disagreement of the two directions; 0 with one direction
@@ -46,14 +48,26 @@ struct TriangulationSummary {
 inline std::size_t matched_pixels(const TriangulationSummary& summary) {
   return summary.n_candidates - summary.n_no_match;
 }
-/// Returns the share of the pixels with a match that were rejected all the same; 0 without a match.
-inline double rejected_share(const TriangulationSummary& summary) {
-  const std::size_t matched = matched_pixels(summary);
-  return matched == 0 ? 0.0 : static_cast<double>(summary.n_rejected) / static_cast<double>(matched);
+/// Returns how many pixels with a match tell whether the rays meet: what is too uncertain tells nothing.
+inline std::size_t judged_pixels(const TriangulationSummary& summary) {
+  return matched_pixels(summary) - summary.n_too_uncertain;
 }
-/// Returns whether more than half were: of right twins a few percent are, at steps of the depth and where the
-/// rays hardly cross, and neither noise nor steps do more.
-inline bool mostly_rejected(const TriangulationSummary& summary) { return rejected_share(summary) > 0.5; }
+/// Returns how many of them were rejected: their rays give no point.
+inline std::size_t missing_pixels(const TriangulationSummary& summary) {
+  return summary.n_rejected - summary.n_too_uncertain;
+}
+/// Returns the share of the judged pixels that were rejected; 0 without any.
+inline double rejected_share(const TriangulationSummary& summary) {
+  const std::size_t judged = judged_pixels(summary);
+  return judged == 0 ? 0.0 : static_cast<double>(missing_pixels(summary)) / static_cast<double>(judged);
+}
+/// What a few pixels say is an accident: noise that looks like fringes has matches, too.
+inline constexpr std::size_t kFewestJudgedPixels = 500;
+/// Returns whether more than half were, of enough to tell: of right twins a few percent are, at steps of the
+/// depth and where the rays hardly cross, and neither noise nor steps do more.
+inline bool mostly_rejected(const TriangulationSummary& summary) {
+  return judged_pixels(summary) >= kFewestJudgedPixels && rejected_share(summary) > 0.5;
+}
 
 /// Triangulates two cameras: left pixel <-> right sub-pixel position of equal absolute coordinate on the
 /// epipolar curve of the DISTORTED right image (bicubic interpolation of the coordinate map, Newton along the

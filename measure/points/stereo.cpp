@@ -23,7 +23,7 @@ constexpr double kLargestResidualPx = 3.0;   ///< two directions that disagree b
 constexpr double kSteepest = 8.0;            ///< depth over lateral step of neighbours on one surface
 constexpr int kWindow = 3;                   ///< radius of the neighbourhood that decides ambiguities
 
-enum class State : unsigned char { none, no_match, matched, ambiguous, rejected };
+enum class State : unsigned char { none, no_match, matched, ambiguous, rejected, too_uncertain };
 
 struct Match {
   double depth_mm = 0.0;
@@ -59,8 +59,7 @@ bool plausible(const Setup& setup, const Eigen::Vector3d& d, const DepthSolution
       s.q_px.y() > lens.height() - 0.5)
     return false;
   const double cosine = (setup.T_cam1_cam0.rotation * d).dot(s.p_mm.normalized());
-  return 1.0 - cosine * cosine >= kSmallestSine * kSmallestSine &&
-         s.sigma_mm <= kMostRelativeSigma * s.depth_mm && s.residual_px <= kLargestResidualPx;
+  return 1.0 - cosine * cosine >= kSmallestSine * kSmallestSine && s.residual_px <= kLargestResidualPx;
 }
 
 /// Returns whether, with a calibrated projector, the point lies on the projector's sheet of light. Half a
@@ -98,7 +97,7 @@ void match_pixel(const Setup& setup, int x, int y, Work& work) {
   const int n = setup.table->candidates(*d, coordinates[0], starts);
   std::vector<Match> found;
   Eigen::Vector2d places[EpipolarTable::kMostCandidates];
-  bool failed = false;
+  bool failed = false, uncertain = false;
   for (int k = 0; k < n; ++k) {
     DepthSolution s;
     const SolveStatus status = solve_depth_in_maps(setup.cam1.lens, setup.T_cam1_cam0, *d, setup.maps,
@@ -107,6 +106,10 @@ void match_pixel(const Setup& setup, int x, int y, Work& work) {
     if (status != SolveStatus::ok) continue;
     if (!plausible(setup, *d, s) || !lit_by_its_column(setup, *d, s.depth_mm, coordinates)) {
       failed = true;
+      continue;
+    }
+    if (!(s.sigma_mm <= kMostRelativeSigma * s.depth_mm)) {
+      uncertain = true;
       continue;
     }
     bool known = false;
@@ -121,6 +124,8 @@ void match_pixel(const Setup& setup, int x, int y, Work& work) {
   } else if (found.size() > 1) {
     state = State::ambiguous;
     work.alternatives[y].push_back({work.match.index(x, y), std::move(found)});
+  } else if (uncertain) {  // the rays meet, whatever other places do
+    state = State::too_uncertain;
   } else if (failed) {
     state = State::rejected;
   }
@@ -162,19 +167,22 @@ void decide_ambiguous(Work& work, double step) {
     }
 }
 
-/// Takes away matches without two neighbours on the same surface: they are accidents.
+/// Takes away matches without two neighbours on the same surface: they are accidents, or nothing tells them
+/// from such where the neighbours are too uncertain.
 void reject_isolated(Work& work, double step) {
   const Image<State> before = work.state;
 #pragma omp parallel for schedule(static)
   for (int y = 0; y < work.match.height; ++y)
     for (int x = 0; x < work.match.width; ++x) {
       if (before(x, y) != State::matched) continue;
-      int support = 0;
+      int support = 0, uncertain = 0;
       for (int v = std::max(0, y - 1); v <= std::min(work.match.height - 1, y + 1); ++v)
         for (int u = std::max(0, x - 1); u <= std::min(work.match.width - 1, x + 1); ++u)
-          if ((u != x || v != y) && before(u, v) == State::matched)
+          if (before(u, v) == State::too_uncertain)
+            ++uncertain;
+          else if ((u != x || v != y) && before(u, v) == State::matched)
             support += same_surface(work.match(x, y), work.match(u, v), 1.5, step);
-      if (support < 2) work.state(x, y) = State::rejected;
+      if (support < 2) work.state(x, y) = support + uncertain < 2 ? State::rejected : State::too_uncertain;
     }
 }
 
@@ -188,7 +196,9 @@ PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* s
       const State state = work.state(x, y);
       row.summary.n_candidates += state != State::none;
       row.summary.n_no_match += state == State::no_match;
-      row.summary.n_rejected += state == State::rejected || state == State::ambiguous;
+      row.summary.n_rejected +=
+          state == State::rejected || state == State::ambiguous || state == State::too_uncertain;
+      row.summary.n_too_uncertain += state == State::too_uncertain;
       if (state != State::matched) continue;
       const Eigen::Vector2d pixel(x, y);
       const Match& m = work.match(x, y);

@@ -69,9 +69,11 @@ void triangulate_row(const Setup& setup, int y, PointRow& row) {
       solved = solve_depth_in_projector(setup.projector.lens, setup.T_proj_cam, *d, setup.axes, targets,
                                         setup.count, start, solution) == SolveStatus::ok;
     }
-    if (!solved || !inside_projector(setup.projector.lens, solution.q_px) ||
-        solution.sigma_mm > kMostRelativeSigma * solution.depth_mm) {
+    const bool meets = solved && inside_projector(setup.projector.lens, solution.q_px);
+    const bool is_certain = solution.sigma_mm <= kMostRelativeSigma * solution.depth_mm;
+    if (!meets || !is_certain) {
       ++row.summary.n_rejected;
+      row.summary.n_too_uncertain += meets ? 1 : 0;
       continue;
     }
     last_depth = solution.depth_mm;

@@ -91,6 +91,25 @@ TEST(ProjectorTriangulation, PointsBeyondTheProjectorsRowsAreRejected) {
   }
 }
 
+// Coordinates that are right and say nothing, as of Gray code alone on a short baseline: no point, and
+// nothing against the poses, of one camera and of two.
+TEST(ProjectorTriangulation, RightCoordinatesOfALargeSigmaAreTooUncertain) {
+  const Twin twin = scaled_paper_rig(0.1);
+  const RaySurface scene = plane_surface({0, 0, 260}, {0, 0, -1});
+  CameraDecode first = ideal_decode(twin, 0, scene), second = ideal_decode(twin, 1, scene);
+  for (CameraDecode* camera : {&first, &second})
+    for (DirectionDecode& d : camera->directions)
+      d.coordinate_sigma_px = ImageF(camera->width(), camera->height(), 200.0f);
+  TriangulationSummary of_one, of_two;
+  EXPECT_EQ(triangulate_projector(twin, 0, first, &of_one).size(), 0u);
+  EXPECT_EQ(triangulate_stereo(twin, first, second, &of_two).size(), 0u);
+  for (const TriangulationSummary& summary : {of_one, of_two}) {
+    EXPECT_GT(summary.n_too_uncertain, 1000u);
+    EXPECT_LT(missing_pixels(summary), summary.n_too_uncertain / 20);
+    EXPECT_FALSE(mostly_rejected(summary));
+  }
+}
+
 TEST(ProjectorTriangulation, WrongOrdersAreAbsurdAndRejected) {
   const Twin twin = scaled_paper_rig(0.1);
   const RaySurface scene = plane_surface({0, 0, 260}, {0, 0, -1});
@@ -100,6 +119,7 @@ TEST(ProjectorTriangulation, WrongOrdersAreAbsurdAndRejected) {
   TriangulationSummary summary;
   EXPECT_EQ(triangulate_projector(twin, 0, decode, &summary).size(), 0u);
   EXPECT_EQ(summary.n_rejected, summary.n_candidates);
+  EXPECT_EQ(summary.n_too_uncertain, 0u);
   Twin without = twin;
   without.projector.reset();
   EXPECT_THROW(triangulate_projector(without, 0, decode), UserError);

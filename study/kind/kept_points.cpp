@@ -46,12 +46,11 @@ void KeptPoints::tell_first_gate_warnings(const PointOutcome& outcome) {
 
 void KeptPoints::tell_later_gate_warnings() const {
   if (with_gate_warnings_ < 2) return;
-  warn(
-      fmt::format("{} more point{} of the study {} such warnings: record fits.NAME.measured.n_gated to see "
-                  "how many points "
-                  "each fit had",
-                  with_gate_warnings_ - 1, with_gate_warnings_ == 2 ? "" : "s",
-                  with_gate_warnings_ == 2 ? "has" : "have"));
+  warn(fmt::format(
+      "{} more of the points of this run {} such warnings: record fits.NAME.measured.n_gated to see "
+      "how many points "
+      "each fit had",
+      with_gate_warnings_ - 1, with_gate_warnings_ == 2 ? "has" : "have"));
 }
 
 std::vector<PointOutcome> KeptPoints::run(const PointSequence& points, const Outlook& outlook) {

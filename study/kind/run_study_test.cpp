@@ -182,12 +182,12 @@ TEST_F(RunStudyTest, TellsTheGateWarningsOfTheFirstPointAndHowManyMore) {
   const std::string three = stderr_of_a_run();
   EXPECT_THAT(three, HasSubstr("warning: point 1: ball: the gate cuts point 1\n"));
   EXPECT_THAT(three, ::testing::Not(HasSubstr("the gate cuts point 2")));
-  EXPECT_THAT(three, HasSubstr("warning: 2 more points of the study have such warnings"));
+  EXPECT_THAT(three, HasSubstr("warning: 2 more of the points of this run have such warnings"));
   std::filesystem::remove(folder_ / "out/study.db");
   engine_.first_outside_gate = 3;
   const std::string one = stderr_of_a_run();
   EXPECT_THAT(one, HasSubstr("point 3: ball"));
-  EXPECT_THAT(one, ::testing::Not(HasSubstr("more points")));
+  EXPECT_THAT(one, ::testing::Not(HasSubstr("of this run")));
 }
 
 TEST_F(RunStudyTest, WithoutAMeasuredPointItIsNoSuccess) {

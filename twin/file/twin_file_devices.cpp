@@ -180,6 +180,7 @@ Sensor read_sensor(const TomlTable& table, const TwinFileContext& context) {
   read_plain_keys(table, sensor);
   sensor.black_level_dn =
       table.number_or("black_level_dn", sensor.black_level_dn, NumberRange::between(0.0, sensor.max_dn()));
+  sensor.black_level_is_stated = table.has("black_level_dn");
   sensor.response = read_camera_response(table);
   if (table.has("prnu")) sensor.prnu.file = context.resolve(table, "prnu");
   if (table.has("dsnu")) sensor.dsnu.file = context.resolve(table, "dsnu");

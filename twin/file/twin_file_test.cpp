@@ -33,6 +33,7 @@ TEST_F(TwinFile, DefaultsOfAMinimalFile) {
   EXPECT_EQ(sensor.bit_depth, 8);
   EXPECT_EQ(sensor.gain_dn, 1.0);
   EXPECT_EQ(sensor.black_level_dn, 0.0);
+  EXPECT_FALSE(sensor.black_level_is_stated);
   EXPECT_FALSE(sensor.has_noise() || sensor.exposure_ms || twin.cameras[0].optics || twin.projector);
   EXPECT_EQ(twin.fringes.mean, 0.5);
   EXPECT_EQ(twin.fringes.amplitude, 0.5);
@@ -43,6 +44,18 @@ TEST_F(TwinFile, DefaultsOfAMinimalFile) {
   EXPECT_EQ(twin.render.phase_error_rad, 1e-4);
   EXPECT_EQ(twin.measure.min_modulation_dn, 5.0);
   EXPECT_EQ(twin.triangulate(), Triangulate::projector);
+}
+
+// A level of 0 that is written down is known; one that nothing says is not.
+TEST_F(TwinFile, ABlackLevelOfZeroIsStatedWhereItIsWritten) {
+  const auto sensor = [&](const std::string& key) {
+    return load(std::string(kHead) + kCamera + "[camera.sensor]\n" + key +
+                "[fringes]\ndirections = [\"x\"]\npitches_px = [16, 17, 18]\nsteps = 4\n")
+        .cameras.at(0)
+        .sensor;
+  };
+  EXPECT_TRUE(sensor("black_level_dn = 0\n").black_level_is_stated);
+  EXPECT_FALSE(sensor("gain_dn = 2\n").black_level_is_stated);
 }
 
 // Six standard deviations of an amplitude of N steps at its own darkest level, by hand: 8 bits and read noise
@@ -76,6 +89,7 @@ TEST_F(TwinFile, EveryCameraAndProjectorKey) {
   EXPECT_EQ(left.sensor.exposure_ms, 30.0);
   EXPECT_EQ(left.sensor.gain_dn, 20.0);
   EXPECT_EQ(left.sensor.black_level_dn, 16.0);
+  EXPECT_TRUE(left.sensor.black_level_is_stated);
   EXPECT_EQ(left.sensor.electrons_per_dn, 40.2);
   EXPECT_EQ(left.sensor.read_noise_dn, 0.1);
   EXPECT_EQ(left.optics->f_number, 8.0);
