@@ -38,7 +38,7 @@ SidesTruth right_twin(int steps, int bits, double contrast) {
 ExplainedRow explained(const FittedGray& gray, const OwnKinds& own = {}) {
   const measure::CameraDecode *real = gray.real_decode(), *simulated = gray.simulated_decode();
   return explain_gray(gray.pair, gray.fit, gray.noise(), interior_mask(gray.pair.mask, real, simulated),
-                      simulated, {}, nullptr, {}, {.kinds = own, .images = gray.pair.images});
+                      simulated, {}, {}, {}, {.kinds = own, .images = gray.pair.images});
 }
 
 void expect_right(int steps, int bits, double contrast) {

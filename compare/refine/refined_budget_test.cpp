@@ -19,9 +19,7 @@ Twin ball_at(const Eigen::Vector3d& center_mm) {
   return twin;
 }
 
-Eigen::Vector3d center_of(const Twin& twin) {
-  return std::get<SphereShape>(twin.objects[0].shape).center_mm;
-}
+Eigen::Vector3d center_of(const Twin& twin) { return std::get<SphereShape>(twin.objects[0].shape).center_mm; }
 
 TEST(OneErrorAway, AddsUpToTheCovarianceAboutTheFittedTwin) {
   const std::vector<Parameter> places = parameters_of(ball_at({0, 0, 270}), "pose");
@@ -60,10 +58,9 @@ ExplainedRow row(const char* quantity, const char* region, double chi2, const ch
 }
 
 TEST(RefinedBudget, ExcusesWhatIsExplainedWithItAndLeavesTheRestAsItWas) {
-  std::vector<ExplainedRow> rows = {row("geometry", "wall", 16.0, kNotExplained),
-                                    row("geometry", "ball", 400.0, kNotExplained),
-                                    row("geometry", "gem", 1.0, kExplained),
-                                    row("phase", "wall", 2.0, kNotExplained)};
+  std::vector<ExplainedRow> rows = {
+      row("geometry", "wall", 16.0, kNotExplained), row("geometry", "ball", 400.0, kNotExplained),
+      row("geometry", "gem", 1.0, kExplained), row("phase", "wall", 2.0, kNotExplained)};
   excuse(rows, {row("geometry", "wall", 3.0, kExplained), row("geometry", "ball", 50.0, kNotExplained),
                 row("geometry", "gem", 0.5, kExplained)});
   EXPECT_EQ(rows[0].chi2, 3.0);

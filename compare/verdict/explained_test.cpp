@@ -40,7 +40,7 @@ ExplainedRow gray_of(SyntheticSides scene, const RenderingError& rendering = {})
   const testing::FittedGray gray(std::move(scene));
   const measure::CameraDecode *real = gray.real_decode(), *simulated = gray.simulated_decode();
   return explain_gray(gray.pair, gray.fit, gray.noise(), interior_mask(gray.pair.mask, real, simulated),
-                      simulated, rendering, nullptr, seen_pixels(real, simulated));
+                      simulated, rendering, {}, seen_pixels(real, simulated));
 }
 
 // Quantiles of chi^2/n at 3 sigma of a normal number, one in 740 (scipy.stats.chi2.ppf(norm.cdf(3), n) / n).
