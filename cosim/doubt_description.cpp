@@ -15,8 +15,7 @@ std::vector<measure::Doubt> doubts_about_real_side(Run& run) {
 }
 
 void add_to_warnings(Run& run, const std::vector<measure::Doubt>& doubts) {
-  if (!run.real.measurement) return;
-  for (const measure::Doubt& doubt : doubts) run.real.measurement->warnings.push_back(doubt.sentence);
+  if (run.real.measurement) measure::put_first(doubts, run.real.measurement->warnings);
 }
 
 }  // namespace fringetwin::cosim

@@ -38,8 +38,7 @@ measure::Measurement measure_captures(const Twin& twin, const std::vector<Camera
     const Simulated simulated = simulate(twin, {}, renderer);
     measure::state_method_bias(twin, simulated.irradiance, measurement);
   }
-  for (measure::Doubt& doubt : measure::description_warnings(twin, images, measurement, nullptr))
-    measurement.warnings.push_back(std::move(doubt.sentence));
+  measure::put_first(measure::description_warnings(twin, images, measurement, nullptr), measurement.warnings);
   timer.stop();
   return measurement;
 }

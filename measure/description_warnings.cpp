@@ -113,4 +113,10 @@ std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<Came
   return out;
 }
 
+void put_first(const std::vector<Doubt>& doubts, std::vector<std::string>& warnings) {
+  std::vector<std::string> first;
+  for (const Doubt& doubt : doubts) first.push_back(doubt.sentence);
+  warnings.insert(warnings.begin(), first.begin(), first.end());
+}
+
 }  // namespace fringetwin::measure

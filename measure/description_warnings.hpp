@@ -16,4 +16,7 @@ namespace fringetwin::measure {
 std::vector<Doubt> description_warnings(const Twin& twin, const std::vector<CameraImages>& images,
                                         const Measurement& real, const Measurement* simulated);
 
+/// Puts doubts before the other warnings: other images than described are why the rest fails.
+void put_first(const std::vector<Doubt>& doubts, std::vector<std::string>& warnings);
+
 }  // namespace fringetwin::measure
