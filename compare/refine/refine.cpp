@@ -474,12 +474,14 @@ Refined refine(const Twin& twin, const Side& real, const Side& simulated, const 
     try {
       Refiner by_light(twin, real, simulated, options, asked, Evidence::fringes_and_light);
       Refined lit = by_light.run(worse);
+      // what warns of itself is no better, unless the first one was not to be had
+      const bool says_no_more = lit.report.warnings.size() <= out.report.warnings.size();
       if (!lit.report.taken_back &&
-          (out.report.taken_back || is_better_lit(by_fringes, by_light.reached(), lit.report.rows.size()))) {
+          (out.report.taken_back ||
+           (says_no_more && is_better_lit(by_fringes, by_light.reached(), lit.report.rows.size())))) {
         lit.report.notes.push_back(
             "the light of the images is evidence of where things are: the fringes alone leave places at "
-            "which "
-            "more of it is left");
+            "which more of it is left");
         out = std::move(lit);
       }
     } catch (const UserError&) {  // the light tells less: what the fringes told stays as it is

@@ -63,11 +63,11 @@ std::vector<Twin> places_one_error_away(const GroupFit& fit, const std::vector<G
     }
     ++row;
   }
-  int keep = std::numeric_limits<int>::max();
-  for (const GridSamples& s : samples) keep = std::min(keep, s.grid.keep);
+  int apart_px = std::numeric_limits<int>::max();  // pixels that were fitted, along a row or column
+  for (const GridSamples& s : samples) apart_px = std::min(apart_px, s.grid.stride * s.grid.keep);
   // The fits of objects have 1/k of the refinement's variance V. As its pixels are among theirs, the two
   // differ by V - V/k; the budget holds V/k already.
-  const double beyond_fits = 1.0 - 2.0 / (static_cast<double>(keep) * keep);
+  const double beyond_fits = 1.0 - 2.0 / (static_cast<double>(apart_px) * apart_px);
   if (beyond_fits <= 0.0) return {};
   return one_error_away(refined.twin, places, beyond_fits * refined.report.covariance(at, at));
 }

@@ -134,6 +134,22 @@ double worst_of(const std::vector<double>& told_px, const std::vector<double>& s
   return worst;
 }
 
+/// Returns by how much pitches are off where each may be any of those that are stated.
+double off_in_any_order(const std::vector<double>& told_px, const std::vector<double>& stated_px) {
+  std::vector<double> told, stated, ratio;
+  for (std::size_t k = 0; k < told_px.size(); ++k) {
+    if (!(told_px[k] > 0.0)) continue;
+    told.push_back(told_px[k]);
+    stated.push_back(stated_px[k]);
+  }
+  std::ranges::sort(told);
+  std::ranges::sort(stated);
+  for (std::size_t k = 0; k < told.size(); ++k) ratio.push_back(told[k] / stated[k]);
+  const double scale = upper_median(std::span<double>(ratio));
+  for (double& pitch_px : told) pitch_px /= scale;
+  return worst_of(told, stated);
+}
+
 /// Returns the turns of the widest pitch that is told.
 double least_turns(const std::vector<double>& turns_rad, const std::vector<double>& told_px) {
   double least_rad = *std::ranges::max_element(turns_rad);
@@ -185,6 +201,8 @@ std::optional<std::string> pitch_doubt(const DirectionDecode& decoded) {
   const double least_off =
       std::max({kLeastOff, kHarmonicTurns / told->turns_per_run, kPitchSigmas * told->sigma});
   if (told->worst < least_off) return std::nullopt;
+  // Right pitches in another order: a reading of the images in that order says so, and mends all.
+  if (off_in_any_order(told->pitches_px, decoded.pitches_px) < least_off) return std::nullopt;
   std::vector<std::string> stated, seen;
   for (std::size_t k = 0; k < told->pitches_px.size(); ++k) {
     if (!(told->pitches_px[k] > 0.0)) continue;

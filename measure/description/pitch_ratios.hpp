@@ -25,7 +25,8 @@ struct PitchRatios {
 /// where there are too few lines of pixels without an edge.
 std::optional<PitchRatios> pitch_ratios(const DirectionDecode& decoded);
 
-/// Returns a sentence where the phases contradict the stated pitches beyond their noise.
+/// Returns a sentence where the phases contradict the stated pitches beyond their noise; none where these are
+/// right in another order, which readings of the images tell.
 std::optional<std::string> pitch_doubt(const DirectionDecode& decoded);
 
 }  // namespace fringetwin::measure

@@ -79,6 +79,15 @@ TEST(PitchRatios, NoDoubtAboutRightOnes) {
     }
 }
 
+TEST(PitchRatios, AnotherOrderIsLeftToTheReadingThatSaysSo) {
+  const DirectionDecode d = decoded(three(13.0, 14.0, 15.0), three(15.0, 14.0, 13.0));
+  const auto told = pitch_ratios(d);
+  ASSERT_TRUE(told);
+  EXPECT_GT(told->worst, 0.1);
+  EXPECT_FALSE(pitch_doubt(d));
+  EXPECT_TRUE(pitch_doubt(decoded(three(13.0, 14.0, 15.1), three(15.0, 14.0, 13.0))));  // and one is off
+}
+
 TEST(PitchRatios, OneThatIsOff) {
   for (const std::size_t wrong : {0u, 1u, 2u}) {
     const std::vector<double> stated{13.0, 14.0, 15.0};
