@@ -238,7 +238,7 @@ TEST(ExplainPhase, ShiftsFromPlaceToPlaceMayRipple) {
   const auto judged = [&](double regional_chi2) {
     ExplainedRow row = phase_of(p);
     EXPECT_GT(row.n_regions, 0u);
-    row.regional_chi2 = regional_chi2;
+    row.regional_chi2_of_noise = regional_chi2;  // what is uncertain of a rig makes no ripples and takes none
     judge_ripple(ripple, {}, p.real, p.simulated, row);
     return row;
   };
