@@ -110,6 +110,13 @@ std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, cons
   return rows;
 }
 
+void excuse(std::vector<ExplainedRow>& rows, const std::vector<ExplainedRow>& with_budget) {
+  for (ExplainedRow& row : rows) {
+    const ExplainedRow* like = row_like(with_budget, row);
+    if (row.state == kNotExplained && like != nullptr && like->explained()) row = *like;
+  }
+}
+
 std::string what_got_worse(const Standing& before, const Standing& after) {
   Complaints worse;
   worse.rise("chi2", before.chi2, after.chi2, 1.0, before.n);

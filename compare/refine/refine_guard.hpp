@@ -35,6 +35,9 @@ void make_ready_for_timing(const Twin& twin, std::vector<Parameter>& chosen);
 std::vector<ExplainedRow> measured_rows(const Twin& twin, const Side& real, const Side& simulated,
                                         const RigBudget* rig = nullptr);
 
+/// Puts rows that are explained with a budget (refined_budget()) in the place of those that fail without it.
+void excuse(std::vector<ExplainedRow>& rows, const std::vector<ExplainedRow>& with_budget);
+
 /// Returns in words what is worse after a refinement by more than its own standard deviation; empty where
 /// nothing is. Chi2: root of 2/n; regions of shift: two roots of 2/n, below 1 as from 1 where the
 /// noise has the scatter of bounces; regions of light: beyond their limit, and not before, or where light was

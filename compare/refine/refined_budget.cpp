@@ -97,13 +97,4 @@ std::optional<RigBudget> refined_budget(const Twin& twin, const Side& simulated,
   return rig_budget(twin, changed, kRefinedLine, rig_budget_options(twin, simulated, options));
 }
 
-void excuse(std::vector<ExplainedRow>& rows, const std::vector<ExplainedRow>& with_budget) {
-  for (ExplainedRow& row : rows) {
-    const auto like = std::ranges::find_if(with_budget, [&row](const ExplainedRow& other) {
-      return other.quantity == row.quantity && other.region == row.region;
-    });
-    if (row.state == kNotExplained && like != with_budget.end() && like->explained()) row = *like;
-  }
-}
-
 }  // namespace fringetwin::compare

@@ -35,7 +35,4 @@ RigBudgetOptions rig_budget_options(const Twin& twin, const Side& simulated, con
 std::optional<RigBudget> refined_budget(const Twin& twin, const Side& simulated,
                                         const CompareOptions& options, const std::vector<ExplainedRow>& rows);
 
-/// Puts rows that are explained with that budget in the place of those that fail without it.
-void excuse(std::vector<ExplainedRow>& rows, const std::vector<ExplainedRow>& with_budget);
-
 }  // namespace fringetwin::compare

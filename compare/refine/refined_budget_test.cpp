@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "compare/parameters/parameters.hpp"
+#include "compare/refine/refine_guard.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::refined_budget_test {

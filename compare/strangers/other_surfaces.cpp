@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "compare/phase/phase_rows.hpp"
@@ -16,6 +15,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/number/evenly_spread.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -37,20 +37,6 @@ constexpr std::size_t kMostAsked = 2'000;  ///< points of an area: shares to 1.1
 constexpr std::size_t kMostPhases = 100'000;  ///< of a direction: a median to far less than kNearWhole
 constexpr double kSteepest = 3.0;             ///< depth over width of a step between neighbours: 72 degrees
 constexpr double kTogether = 0.75;            ///< of the steps between neighbours are no steeper on a surface
-
-/// Returns indices below n that are evenly spread, so that no grid of pixels beats with them: the multiples
-/// of the golden ratio, modulo 1. All indices where there are no more than asked for.
-std::vector<std::size_t> evenly_spread(std::size_t n, std::size_t most) {
-  constexpr double kGoldenPart = 0.6180339887498949;
-  std::vector<std::size_t> out(std::min(n, most));
-  std::iota(out.begin(), out.end(), std::size_t{0});
-  if (n <= most) return out;
-  for (std::size_t& i : out) {
-    const double turns = static_cast<double>(i) * kGoldenPart;
-    i = std::min(n - 1, static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(n)));
-  }
-  return out;
-}
 
 /// What a pixel's phases say.
 struct PixelPhase {
@@ -164,21 +150,22 @@ class SurfacesOfCamera {
                    const Side& simulated)
       : twin_(twin),
         nearest_(nearest),
+        camera_at_(camera),
         camera_(twin.cameras[camera]),
         decode_real_(real.measurement->cameras[camera]),
         decode_simulated_(simulated.measurement->cameras[camera]),
         cloud_real_(real.measurement->cloud),
         cloud_simulated_(simulated.measurement->cloud),
-        index_real_(points_of_pixels(twin, camera, cloud_real_)),
-        index_simulated_(points_of_pixels(twin, camera, cloud_simulated_)),
         phases_(decode_real_, decode_simulated_),
         viewer_mm_(camera_.T_cam_world.inverse().translation_mm) {}
 
-  std::vector<OtherSurfaceRow> rows() const {
+  std::vector<OtherSurfaceRow> rows() {
     std::vector<OtherSurfaceRow> out;
     std::size_t both = 0;
     const ImageU8 core = eroded(candidates(both), kCore_px);
     if (std::ranges::none_of(core.data, [](unsigned char v) { return v != 0; })) return out;
+    index_real_ = points_of_pixels(twin_, camera_at_, cloud_real_);
+    index_simulated_ = points_of_pixels(twin_, camera_at_, cloud_simulated_);
     const double least_core = std::max(kLeastCore, kLeastCoreShare * static_cast<double>(both));
     // what touches an area by a band only, as an outline that lies elsewhere, is no part of it
     const ImageU8 wide = dilated(core, kCore_px);
@@ -319,10 +306,11 @@ class SurfacesOfCamera {
 
   const Twin& twin_;
   const NearestObject& nearest_;
+  std::size_t camera_at_;
   const Camera& camera_;
   const CameraDecode &decode_real_, &decode_simulated_;
   const measure::PointCloud &cloud_real_, &cloud_simulated_;
-  Image<int> index_real_, index_simulated_;
+  Image<int> index_real_, index_simulated_;  ///< points_of_pixels(), once rows() has found an area
   PhasesOfBoth phases_;
   Eigen::Vector3d viewer_mm_;
 };

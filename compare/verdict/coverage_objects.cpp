@@ -21,12 +21,6 @@ double gate_of(const Twin& twin, const std::string& object) {
   return widest > 0.0 ? widest : kUsualGate_mm;
 }
 
-/// Returns whether the object has a surface that does not come from the real capture, and that was loaded.
-bool has_surface(const Object& object) {
-  const auto* mesh = std::get_if<MeshShape>(&object.shape);
-  return mesh ? mesh->mesh != nullptr : !std::holds_alternative<MeasuredShape>(object.shape);
-}
-
 /// Returns the label of a pixel by its own point; kUnknownObject where it has none, or none is asked for.
 int own_label(const NearestObject& nearest, const PixelPoints& real, const PixelPoints& simulated, int x,
               int y) {
@@ -60,7 +54,8 @@ void grow(const ImageU8& area, Image<int>& labels) {
 
 }  // namespace
 
-NearestObject::NearestObject(const Twin& twin) : is_known_(std::ranges::all_of(twin.objects, has_surface)) {
+NearestObject::NearestObject(const Twin& twin)
+    : is_known_(std::ranges::all_of(twin.objects, measure::has_nominal_surface)) {
   if (!is_known_) return;
   for (const Object& object : twin.objects) {
     const double gate = gate_of(twin, object.name);

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <variant>
 
 #include "measure/fit/object_fits.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/number/evenly_spread.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -32,27 +32,6 @@ constexpr double kLeastInside = 0.5;
 /// Of the points within the gate that lie in its outermost tenth, and of all that lie beyond it. Points that
 /// fill the gate evenly have a tenth there; points of a right twin are noise about its middle.
 constexpr double kOuterPart = 0.9, kPiledUp = 0.05, kLostBeyond = 0.05;
-
-/// Returns whether there is a nominal surface to meet: "measured" has none, nor has a mesh that is not
-/// loaded.
-bool has_surface(const Object& object) {
-  if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) return mesh->mesh != nullptr;
-  return !std::holds_alternative<MeasuredShape>(object.shape);
-}
-
-/// Returns the indices of at most `count` of `n` things, one out of each of as many equal stretches: at equal
-/// steps through rows of pixels they could lie in a few columns.
-std::vector<std::size_t> spread_indices(std::size_t n, std::size_t count) {
-  count = std::min(n, count);
-  std::mt19937_64 random(51);
-  std::vector<std::size_t> out;
-  out.reserve(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t first = k * n / count, end = (k + 1) * n / count;
-    out.push_back(first + random() % (end - first));
-  }
-  return out;
-}
 
 std::size_t most_rays(const Twin& twin) {
   return std::ranges::any_of(
@@ -121,9 +100,9 @@ std::vector<NearPoint> near_points(const Object& object, double limit_mm, const 
 
 /// Returns those of points near an object whose rays meet it before any other of the twin.
 SeenPoints seen_points_near(const Twin& twin, const Object& object, double gate_mm, const PointCloud& cloud) {
-  const std::vector<std::size_t> tried = spread_indices(cloud.size(), kMostTried);
+  const std::vector<std::size_t> tried = evenly_spread(cloud.size(), kMostTried);
   const std::vector<NearPoint> near = near_points(object, kNearGates * gate_mm, cloud, tried);
-  const std::vector<std::size_t> rays = spread_indices(near.size(), most_rays(twin));
+  const std::vector<std::size_t> rays = evenly_spread(near.size(), most_rays(twin));
   SeenPoints out;
   if (rays.size() < kFewestGateRays) return out;
   const auto wanted = static_cast<std::size_t>(&object - twin.objects.data());
@@ -171,7 +150,7 @@ std::string gate_warning(const FitRequest& request, SeenPoints seen, double n_ga
 
 bool points_gather_about(const Object& object, double gate_mm, const PointCloud& cloud,
                          const ObjectFit& fit) {
-  const std::vector<std::size_t> asked = spread_indices(fit.index.size(), kMostAsked);
+  const std::vector<std::size_t> asked = evenly_spread(fit.index.size(), kMostAsked);
   const SurfaceGate inner_half(object, 0.5 * gate_mm);
   const auto inner = std::ranges::count_if(asked, [&](std::size_t k) {
     return std::isfinite(inner_half.distance_mm(cloud.p_world_mm[fit.index[k]]));
@@ -183,7 +162,7 @@ std::vector<std::string> gate_warnings(const Twin& twin, const PointCloud& cloud
                                        const std::vector<ObjectFit>& fits) {
   std::vector<std::string> out;
   if (twin.cameras.empty() || cloud.size() == 0) return out;
-  if (!std::ranges::all_of(twin.objects, has_surface)) return out;
+  if (!std::ranges::all_of(twin.objects, has_nominal_surface)) return out;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const FitRequest& request = twin.measure.fits[k];
     const Object& object = *twin.find_object(request.object);

@@ -69,6 +69,11 @@ Gated take_points(const PointCloud& cloud, const std::vector<std::size_t>& index
 
 }  // namespace
 
+bool has_nominal_surface(const Object& object) {
+  const auto* mesh = std::get_if<MeshShape>(&object.shape);
+  return mesh ? mesh->mesh != nullptr : !std::holds_alternative<MeasuredShape>(object.shape);
+}
+
 SurfaceGate::SurfaceGate(const Object& object, double gate_mm) : object_(object), gate_mm_(gate_mm) {
   if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
     mesh_ = mesh_distance_for(mesh->mesh);

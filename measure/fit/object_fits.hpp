@@ -37,6 +37,10 @@ class SurfaceGate {
   Pose T_object_world_;
 };
 
+/// Returns whether the object has a surface before any capture: "measured" has none, nor has a mesh that is
+/// not loaded.
+bool has_nominal_surface(const Object& object);
+
 /// Returns the signed distance of a world point to an object's nominal surface (mesh: closest surface point).
 double surface_distance_mm(const Object& object, const Eigen::Vector3d& p_world_mm);
 

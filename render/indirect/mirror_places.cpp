@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "twin/number/evenly_spread.hpp"
+
 namespace fringetwin::render {
 namespace {
 
@@ -19,16 +21,10 @@ bool has_narrow_lobe(const gpu::vec4& material) {
   return material.y > 0.0F && alpha < kWideAlpha;
 }
 
-// Returns at most so many of some places, from all over them: by the golden ratio, as steps could follow the
-// rows.
+// Returns at most so many of some places, from all over them.
 std::vector<SurfacePlace> some_of(const std::vector<SurfacePlace>& places, std::size_t most) {
-  if (places.size() <= most) return places;
-  constexpr double kGolden = 0.6180339887498949;
   std::vector<SurfacePlace> some;
-  for (std::size_t i = 0; i < most; ++i) {
-    const double at = std::fmod(static_cast<double>(i) * kGolden, 1.0);
-    some.push_back(places[static_cast<std::size_t>(at * static_cast<double>(places.size()))]);
-  }
+  for (const std::size_t i : evenly_spread(places.size(), most)) some.push_back(places[i]);
   return some;
 }
 
