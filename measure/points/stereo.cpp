@@ -4,9 +4,11 @@
 // the coordinate decoded at the pixel: the epipolar curve is followed without being drawn.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "measure/points/depth_solver.hpp"
 #include "measure/points/epipolar_table.hpp"
+#include "measure/points/hidden_matches.hpp"
 #include "measure/points/point_rows.hpp"
 #include "measure/points/points.hpp"
 #include "twin/base/errors.hpp"
@@ -186,6 +188,18 @@ void reject_isolated(Work& work, double step) {
     }
 }
 
+/// Takes away matches of surfaces that camera 1 does not see (hidden_matches.hpp): they have none.
+void leave_out_hidden(const Setup& setup, Work& work) {
+  Image<Eigen::Vector3d> points(work.match.width, work.match.height,
+                                Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  for (std::size_t i = 0; i < points.data.size(); ++i)
+    if (work.state.data[i] == State::matched) points.data[i] = work.match.data[i].depth_mm * work.ray.data[i];
+  const Image<unsigned char> hidden =
+      hidden_matches(points, setup.T_cam1_cam0.inverse().translation_mm, ray_step(setup.cam1.lens));
+  for (std::size_t i = 0; i < hidden.data.size(); ++i)
+    if (hidden.data[i]) work.state.data[i] = State::no_match;
+}
+
 PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* summary) {
   std::vector<PointRow> rows(work.match.height);
 #pragma omp parallel for schedule(dynamic, 8)
@@ -272,6 +286,7 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
   const double match_s = watch.elapsed().wall_s;
   const double step = ray_step(setup.cam0.lens);
   decide_ambiguous(work, step);
+  leave_out_hidden(setup, work);
   reject_isolated(work, step);
   PointCloud cloud = collect(setup, work, summary);
   if (summary) summary->match_s = match_s;
