@@ -91,7 +91,7 @@ struct TriangulationRow : measure::TriangulationSummary {
     f.add("n_candidates", "valid pixels of the first camera that were tried", &Row::n_candidates)
         .not_required();
     f.add("n_points", "points found", &Row::n_points).not_required();
-    f.add("n_no_match", "pixels without that coordinate in the second image", &Row::n_no_match)
+    f.add("n_no_match", "pixels whose coordinate or surface the second image does not have", &Row::n_no_match)
         .not_required();
     f.add("n_ambiguous", "pixels with several matches", &Row::n_ambiguous).not_required();
     f.add("n_rejected", "pixels whose point was refused", &Row::n_rejected).not_required();

@@ -34,8 +34,10 @@ inline Image<int> point_grid(const PointCloud& cloud, int width_px, int height_p
 struct TriangulationSummary {
   std::size_t n_candidates = 0;  ///< valid pixels of the first camera that were tried
   std::size_t n_points = 0;
-  std::size_t n_no_match = 0;   ///< nothing of that coordinate in the second image
-  std::size_t n_ambiguous = 0;  ///< several matches; decided by the neighbours, else among n_rejected
+  /// Nothing of that coordinate in the second image, or a place that does not see the pixel's surface
+  /// (hidden_matches.hpp).
+  std::size_t n_no_match = 0;
+  std::size_t n_ambiguous = 0;  ///< several matches; decided by the neighbours, else not among n_points
   std::size_t n_rejected = 0;   ///< no convergence, depth jump, absurd angle or sigma, isolated
   /// Of n_rejected: those whose rays meet with too large a sigma alone, and those isolated among such.
   std::size_t n_too_uncertain = 0;

@@ -4,13 +4,13 @@
 // the coordinate decoded at the pixel: the epipolar curve is followed without being drawn.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "measure/points/depth_solver.hpp"
 #include "measure/points/epipolar_table.hpp"
 #include "measure/points/hidden_matches.hpp"
 #include "measure/points/point_rows.hpp"
 #include "measure/points/points.hpp"
+#include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
 #include "twin/base/stopwatch.hpp"
@@ -190,14 +190,18 @@ void reject_isolated(Work& work, double step) {
 
 /// Takes away matches of surfaces that camera 1 does not see (hidden_matches.hpp): they have none.
 void leave_out_hidden(const Setup& setup, Work& work) {
-  Image<Eigen::Vector3d> points(work.match.width, work.match.height,
-                                Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
-  for (std::size_t i = 0; i < points.data.size(); ++i)
-    if (work.state.data[i] == State::matched) points.data[i] = work.match.data[i].depth_mm * work.ray.data[i];
+  Image<Eigen::Vector3d> points(work.match.width, work.match.height, Eigen::Vector3d::Constant(kNaN));
+  ImageF sigma_mm(work.match.width, work.match.height, 0.0F);
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < points.data.size(); ++i) {
+    if (work.state.data[i] != State::matched) continue;
+    points.data[i] = work.match.data[i].depth_mm * work.ray.data[i];
+    sigma_mm.data[i] = work.match.data[i].sigma_mm;
+  }
   const Image<unsigned char> hidden =
-      hidden_matches(points, setup.T_cam1_cam0.inverse().translation_mm, ray_step(setup.cam1.lens));
+      hidden_matches(points, sigma_mm, setup.T_cam1_cam0.inverse().translation_mm, ray_step(setup.cam1.lens));
   for (std::size_t i = 0; i < hidden.data.size(); ++i)
-    if (hidden.data[i]) work.state.data[i] = State::no_match;
+    if (hidden.data[i] != 0) work.state.data[i] = State::no_match;
 }
 
 PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* summary) {
