@@ -15,9 +15,9 @@ namespace {
 constexpr int kWindowRadius = 3;         ///< of the neighbours whose plane is fitted, px of camera 0
 constexpr int kFewestOfWindow = 12;      ///< of 49; fewer say nothing of a slope
 constexpr double kEdgeOnCosine = 0.124;  ///< 82.9 degrees from the normal
-/// Of the cosine to camera 0. A step along the baseline, which both cameras see alike, makes steep planes,
-/// too.
-constexpr double kFlatterThanSeen = 0.5;
+/// Of the cosine to camera 0, and of the sine between the rays to both cameras, which that cosine is on a
+/// slide: the planes that a step along the baseline or a round edge makes are steep to both.
+constexpr double kFlatterThanSeen = 0.5, kLeastOfSlide = 0.3;
 constexpr double kSlopeSigmas = 3.0;
 constexpr double kSuspectCosine = 0.4;  ///< of the chords over a pixel, above which no plane is fitted
 
@@ -25,6 +25,7 @@ constexpr double kSuspectCosine = 0.4;  ///< of the chords over a pixel, above w
 struct Attitude {
   double cosine0 = kNaN, cosine1 = kNaN;  ///< between the normal on the side that camera 0 sees and each ray
   double cosine1_sigma = 0.0;
+  double sine_between = kNaN;  ///< of the angle between the rays
 };
 
 /// A plane by its middle and its change from pixel to pixel, which the noise of depths reaches with these
@@ -45,12 +46,13 @@ Attitude attitude(const Slopes& plane, double sigma_mm, const Eigen::Vector3d& c
   const double size = std::copysign(area.norm(), area.dot(to0));
   const double by_x = to0.cross(plane.along_y_mm).dot(to1) * plane.noise_x,
                by_y = plane.along_x_mm.cross(to0).dot(to1) * plane.noise_y;
-  return {area.dot(to0) / size, area.dot(to1) / size, sigma_mm * std::hypot(by_x, by_y) / std::abs(size)};
+  return {area.dot(to0) / size, area.dot(to1) / size, sigma_mm * std::hypot(by_x, by_y) / std::abs(size),
+          to0.cross(to1).norm()};
 }
 
 bool is_edge_on(const Attitude& a) {
   return a.cosine1 + kSlopeSigmas * a.cosine1_sigma < kEdgeOnCosine &&
-         a.cosine1 < kFlatterThanSeen * a.cosine0;
+         a.cosine1 < kFlatterThanSeen * a.cosine0 && a.cosine0 > kLeastOfSlide * a.sine_between;
 }
 
 /// Returns the chords over a pixel, as long as its neighbours reach on both sides; NaN without them.
@@ -105,15 +107,18 @@ Image<unsigned char> hidden_matches(const Image<Eigen::Vector3d>& p_cam0_mm, con
                                     const Eigen::Vector3d& center1_cam0_mm, double step1) {
   const int width = p_cam0_mm.width, height = p_cam0_mm.height;
   const Image<unsigned char> edge_on = edge_on_points(p_cam0_mm, sigma_mm, center1_cam0_mm);
-  const auto ray1 = [&](int x, int y) { return (p_cam0_mm(x, y) - center1_cam0_mm).normalized(); };
+  const auto ray1 = [&](int x, int y) -> Eigen::Vector3d {
+    return (p_cam0_mm(x, y) - center1_cam0_mm).normalized();
+  };
   Image<unsigned char> hidden = edge_on;
   // what meets in the same pixel of camera 1 is part of the same jump
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       if (edge_on(x, y) == 0) continue;
+      const Eigen::Vector3d ray = ray1(x, y);
       for (int v = std::max(0, y - kWindowRadius); v <= std::min(height - 1, y + kWindowRadius); ++v)
         for (int u = std::max(0, x - kWindowRadius); u <= std::min(width - 1, x + kWindowRadius); ++u)
-          if (is_known(p_cam0_mm(u, v)) && (ray1(u, v) - ray1(x, y)).norm() <= step1) hidden(u, v) = 1;
+          if (is_known(p_cam0_mm(u, v)) && (ray1(u, v) - ray).norm() <= step1) hidden(u, v) = 1;
     }
   return hidden;
 }

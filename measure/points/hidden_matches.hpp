@@ -12,11 +12,12 @@ namespace fringetwin::measure {
 /// slope, and the pixels of camera 0 that see the strip all meet there: their points lie on rays of camera 1,
 /// on a slide from one surface to the other.
 /// Marks (1) points about which the plane through the neighbours is seen by camera 1 more nearly edge-on than
-/// 7 degrees, or from behind, whatever the noise makes of it (3 sigma), and less than half as large as by
-/// camera 0 beside its size face-on; and those of their neighbours that camera 1 has within a pixel of them.
+/// 7 degrees, or from behind, whatever the noise makes of it (3 sigma), and by camera 0 much less so; and
+/// those of their neighbours that camera 1 has within a pixel of them.
 /// p_cam0_mm: the point of each pixel of camera 0, in its frame; NaN where there is none. sigma_mm: standard
-/// deviation of each along its ray. center1_cam0_mm: where camera 1 stands. step1: lateral distance of its
-/// neighbouring pixels, per mm of depth.
+/// deviation of each along its ray, on its own; 0: what noise makes of slopes is not allowed for.
+/// center1_cam0_mm: where camera 1 stands. step1: lateral distance of its neighbouring pixels, per mm of
+/// depth.
 Image<unsigned char> hidden_matches(const Image<Eigen::Vector3d>& p_cam0_mm, const ImageF& sigma_mm,
                                     const Eigen::Vector3d& center1_cam0_mm, double step1);
 

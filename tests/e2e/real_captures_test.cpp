@@ -145,6 +145,21 @@ TEST(Slsdk, TheProjectorIsSolvedFromTheShape) {
         << name;
 }
 
+TEST(Slsdk, TheTwinWithBouncesIsOfTheSameRig) {
+  FT_NEED_CAPTURES("slsdk-stereo-statue");
+  const fs::path set = dataset_twin("slsdk-stereo-statue").parent_path();
+  const Twin rig = load_twin(set / "twin-rig.toml"), bounces = load_twin(set / "twin-bounces.toml");
+  EXPECT_EQ(bounces.projector->lens.intrinsics(), rig.projector->lens.intrinsics());
+  EXPECT_EQ(bounces.projector->T_proj_world.translation_mm, rig.projector->T_proj_world.translation_mm);
+  EXPECT_EQ(bounces.projector->T_proj_world.rotation, rig.projector->T_proj_world.rotation);
+  ASSERT_EQ(bounces.cameras.size(), rig.cameras.size());
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    EXPECT_EQ(bounces.cameras[c].lens.intrinsics(), rig.cameras[c].lens.intrinsics());
+    EXPECT_EQ(bounces.cameras[c].T_cam_world.translation_mm, rig.cameras[c].T_cam_world.translation_mm);
+  }
+  EXPECT_EQ(bounces.render.bounces, kAllBounces);
+}
+
 TEST(Cpsd, DecodesEveryFrequency) {
   FT_NEED_CAPTURES("cpsd-plane-4freq12step");
   const fs::path out = measure("cpsd-plane-4freq12step");
