@@ -2,11 +2,11 @@
 #include "measure/points/hidden_matches.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "measure/points/tangent_plane.hpp"
 #include "twin/base/constants.hpp"
 
 namespace fringetwin::measure {
@@ -28,20 +28,12 @@ struct Attitude {
   double sine_between = kNaN;  ///< of the angle between the rays
 };
 
-/// A plane by its middle and its change from pixel to pixel, which the noise of depths reaches with these
-/// parts of it.
-struct Slopes {
-  Eigen::Vector3d middle_mm, along_x_mm, along_y_mm;
-  double noise_x = 0.0, noise_y = 0.0;
-};
-
 bool is_known(const Eigen::Vector3d& p_mm) { return std::isfinite(p_mm.z()); }
 
 /// Noise moves slopes along the ray of camera 0: that changes the area that camera 1 sees, not that of camera
 /// 0.
-Attitude attitude(const Slopes& plane, double sigma_mm, const Eigen::Vector3d& center1_cam0_mm) {
-  const Eigen::Vector3d to0 = -plane.middle_mm.normalized(),
-                        to1 = (center1_cam0_mm - plane.middle_mm).normalized();
+Attitude attitude(const TangentPlane& plane, double sigma_mm, const Eigen::Vector3d& center1_cam0_mm) {
+  const Eigen::Vector3d to0 = -plane.at_mm.normalized(), to1 = (center1_cam0_mm - plane.at_mm).normalized();
   const Eigen::Vector3d area = plane.along_x_mm.cross(plane.along_y_mm);
   const double size = std::copysign(area.norm(), area.dot(to0));
   const double by_x = to0.cross(plane.along_y_mm).dot(to1) * plane.noise_x,
@@ -56,7 +48,7 @@ bool is_edge_on(const Attitude& a) {
 }
 
 /// Returns the chords over a pixel, as long as its neighbours reach on both sides; NaN without them.
-Slopes chords(const Image<Eigen::Vector3d>& points, int x, int y) {
+TangentPlane chords(const Image<Eigen::Vector3d>& points, int x, int y) {
   const auto chord = [&](int dx, int dy) -> Eigen::Vector3d {
     for (int r = kWindowRadius; r > 0; --r) {
       const int x0 = x - r * dx, x1 = x + r * dx, y0 = y - r * dy, y1 = y + r * dy;
@@ -68,33 +60,27 @@ Slopes chords(const Image<Eigen::Vector3d>& points, int x, int y) {
   return {points(x, y), chord(1, 0), chord(0, 1)};
 }
 
-/// Fits a plane to the neighbours by least squares, each coordinate linear in the pixel. Returns nothing with
-/// too few, or all in a line.
-std::optional<Slopes> fit_slopes(const Image<Eigen::Vector3d>& points, int x, int y) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero(), right = Eigen::Matrix3d::Zero();
+/// Returns the plane of the neighbours; nothing with too few, or all in a line.
+std::optional<TangentPlane> plane_about(const Image<Eigen::Vector3d>& points, int x, int y) {
+  TangentSums sums;
   for (int v = std::max(0, y - kWindowRadius); v <= std::min(points.height - 1, y + kWindowRadius); ++v)
-    for (int u = std::max(0, x - kWindowRadius); u <= std::min(points.width - 1, x + kWindowRadius); ++u) {
-      if (!is_known(points(u, v))) continue;
-      const Eigen::Vector3d terms(1.0, u - x, v - y);
-      normal.noalias() += terms * terms.transpose();
-      right.noalias() += terms * (points(u, v) - points(x, y)).transpose();
-    }
-  // sums of whole numbers: the determinant is one, 0 of a line
-  if (normal(0, 0) < kFewestOfWindow || normal.determinant() < 0.5) return std::nullopt;
-  const Eigen::Matrix3d inverse = normal.inverse(), fit = inverse * right;
-  return Slopes{points(x, y) + fit.row(0).transpose(), fit.row(1).transpose(), fit.row(2).transpose(),
-                std::sqrt(inverse(1, 1)), std::sqrt(inverse(2, 2))};
+    for (int u = std::max(0, x - kWindowRadius); u <= std::min(points.width - 1, x + kWindowRadius); ++u)
+      if (is_known(points(u, v))) sums.add(u - x, v - y, points(u, v) - points(x, y));
+  if (sums.n() < kFewestOfWindow) return std::nullopt;
+  std::optional<TangentPlane> plane = sums.plane();
+  if (plane) plane->at_mm += points(x, y);
+  return plane;
 }
 
-Image<unsigned char> edge_on_points(const Image<Eigen::Vector3d>& points, const ImageF& sigma_mm,
-                                    const Eigen::Vector3d& center1_cam0_mm) {
-  Image<unsigned char> edge_on(points.width, points.height, 0);
+ImageU8 edge_on_points(const Image<Eigen::Vector3d>& points, const ImageF& sigma_mm,
+                       const Eigen::Vector3d& center1_cam0_mm) {
+  ImageU8 edge_on(points.width, points.height, 0);
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < points.height; ++y)
     for (int x = 0; x < points.width; ++x) {
       if (!is_known(points(x, y))) continue;
       if (attitude(chords(points, x, y), 0.0, center1_cam0_mm).cosine1 > kSuspectCosine) continue;
-      const std::optional<Slopes> plane = fit_slopes(points, x, y);
+      const std::optional<TangentPlane> plane = plane_about(points, x, y);
       edge_on(x, y) =
           plane && is_edge_on(attitude(*plane, static_cast<double>(sigma_mm(x, y)), center1_cam0_mm));
     }
@@ -103,14 +89,14 @@ Image<unsigned char> edge_on_points(const Image<Eigen::Vector3d>& points, const 
 
 }  // namespace
 
-Image<unsigned char> hidden_matches(const Image<Eigen::Vector3d>& p_cam0_mm, const ImageF& sigma_mm,
-                                    const Eigen::Vector3d& center1_cam0_mm, double step1) {
+ImageU8 hidden_matches(const Image<Eigen::Vector3d>& p_cam0_mm, const ImageF& sigma_mm,
+                       const Eigen::Vector3d& center1_cam0_mm, double step1) {
   const int width = p_cam0_mm.width, height = p_cam0_mm.height;
-  const Image<unsigned char> edge_on = edge_on_points(p_cam0_mm, sigma_mm, center1_cam0_mm);
+  const ImageU8 edge_on = edge_on_points(p_cam0_mm, sigma_mm, center1_cam0_mm);
   const auto ray1 = [&](int x, int y) -> Eigen::Vector3d {
     return (p_cam0_mm(x, y) - center1_cam0_mm).normalized();
   };
-  Image<unsigned char> hidden = edge_on;
+  ImageU8 hidden = edge_on;
   // what meets in the same pixel of camera 1 is part of the same jump
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {

@@ -18,7 +18,7 @@ namespace fringetwin::measure {
 /// deviation of each along its ray, on its own; 0: what noise makes of slopes is not allowed for.
 /// center1_cam0_mm: where camera 1 stands. step1: lateral distance of its neighbouring pixels, per mm of
 /// depth.
-Image<unsigned char> hidden_matches(const Image<Eigen::Vector3d>& p_cam0_mm, const ImageF& sigma_mm,
-                                    const Eigen::Vector3d& center1_cam0_mm, double step1);
+ImageU8 hidden_matches(const Image<Eigen::Vector3d>& p_cam0_mm, const ImageF& sigma_mm,
+                       const Eigen::Vector3d& center1_cam0_mm, double step1);
 
 }  // namespace fringetwin::measure

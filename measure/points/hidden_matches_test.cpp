@@ -29,13 +29,13 @@ Image<Eigen::Vector3d> points_of(const DepthAt& z_mm, int width = kSize, int hei
   return points;
 }
 
-Image<unsigned char> hidden_of(const Image<Eigen::Vector3d>& points, double sigma_mm,
-                               const Eigen::Vector3d& center1_mm = kBesideX) {
+ImageU8 hidden_of(const Image<Eigen::Vector3d>& points, double sigma_mm,
+                  const Eigen::Vector3d& center1_mm = kBesideX) {
   return hidden_matches(points, ImageF(points.width, points.height, static_cast<float>(sigma_mm)), center1_mm,
                         1.0 / kFocalPx);
 }
 
-long count(const Image<unsigned char>& mask) {
+long count(const ImageU8& mask) {
   return std::ranges::count_if(mask.data, [](unsigned char m) { return m != 0; });
 }
 
@@ -48,7 +48,7 @@ double slide_beside_plate(int x, int) {
 }
 
 TEST(HiddenMatches, ASlideBesideAPlateIsFoundAndNothingFarFromIt) {
-  const Image<unsigned char> hidden = hidden_of(points_of(slide_beside_plate), 0.0);
+  const ImageU8 hidden = hidden_of(points_of(slide_beside_plate), 0.0);
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) {
       const int u = x - kMiddle;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "measure/points/points.hpp"
+#include "measure/points/tangent_plane.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
@@ -15,11 +17,6 @@ constexpr int kSmallestRadius = 2, kLargestRadius = 6;
 constexpr int kFewestNeighbours = 6;
 constexpr double kSteepest = 8.0;     ///< depth over lateral step of neighbours on one surface
 constexpr double kSlopeNoise = 0.05;  ///< wanted noise of the surface slope
-
-struct Sums {
-  double n = 0, u = 0, v = 0, uu = 0, uv = 0, vv = 0;
-  Eigen::Vector3d p = Eigen::Vector3d::Zero(), up = Eigen::Vector3d::Zero(), vp = Eigen::Vector3d::Zero();
-};
 
 /// Returns the radius of the window, larger for noisier clouds: the slope of a (2r+1)^2 window has the noise
 /// sigma / spacing * sqrt(3) / (2 r^2), about.
@@ -52,7 +49,7 @@ void estimate_normals(PointCloud& cloud, int width_px, int height_px, const Eige
       const Eigen::Vector3d p0 = cloud.p_world_mm[centre];
       const Eigen::Vector3d view = (p0 - viewer_mm).normalized();
       const double noise = cloud.sigma_mm.empty() ? 0.0 : 6.0 * static_cast<double>(cloud.sigma_mm[centre]);
-      Sums s;
+      TangentSums sums;
       for (int j = std::max(0, y - radius); j <= std::min(height_px - 1, y + radius); ++j)
         for (int i = std::max(0, x - radius); i <= std::min(width_px - 1, x + radius); ++i) {
           const int k = grid(i, j);
@@ -61,25 +58,12 @@ void estimate_normals(PointCloud& cloud, int width_px, int height_px, const Eige
           const double along = view.dot(p);
           const double lateral_sq = std::max(0.0, p.squaredNorm() - along * along);
           if (std::abs(along) > kSteepest * std::sqrt(lateral_sq) + noise) continue;  // behind a jump
-          const double u = i - x, v = j - y;
-          s.n += 1;
-          s.u += u;
-          s.v += v;
-          s.uu += u * u;
-          s.uv += u * v;
-          s.vv += v * v;
-          s.p += p;
-          s.up += u * p;
-          s.vp += v * p;
+          sums.add(i - x, j - y, p);
         }
-      if (s.n < kFewestNeighbours) continue;
-      // least squares of p = p0 + u a + v b over the pixel grid: the tangents a and b
-      const double uu = s.uu - s.u * s.u / s.n, uv = s.uv - s.u * s.v / s.n, vv = s.vv - s.v * s.v / s.n;
-      const double determinant = uu * vv - uv * uv;
-      if (!(determinant > 1e-6 * uu * vv)) continue;
-      const Eigen::Vector3d cu = s.up - s.u / s.n * s.p, cv = s.vp - s.v / s.n * s.p;
-      const Eigen::Vector3d a = (vv * cu - uv * cv) / determinant, b = (uu * cv - uv * cu) / determinant;
-      Eigen::Vector3d normal = a.cross(b);
+      if (sums.n() < kFewestNeighbours) continue;
+      const std::optional<TangentPlane> plane = sums.plane();
+      if (!plane) continue;
+      Eigen::Vector3d normal = plane->along_x_mm.cross(plane->along_y_mm);
       const double length = normal.norm();
       if (!(length > 0.0)) continue;
       normal /= normal.dot(view) > 0.0 ? -length : length;

@@ -198,7 +198,7 @@ void leave_out_hidden(const Setup& setup, Work& work) {
     points.data[i] = work.match.data[i].depth_mm * work.ray.data[i];
     sigma_mm.data[i] = work.match.data[i].sigma_mm;
   }
-  const Image<unsigned char> hidden =
+  const ImageU8 hidden =
       hidden_matches(points, sigma_mm, setup.T_cam1_cam0.inverse().translation_mm, ray_step(setup.cam1.lens));
   for (std::size_t i = 0; i < hidden.data.size(); ++i)
     if (hidden.data[i] != 0) work.state.data[i] = State::no_match;
