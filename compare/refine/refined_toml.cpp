@@ -59,7 +59,8 @@ void add_device(ChangedKeys& keys, const Lens& lens_before, const Pose& pose_bef
                                        {"imagersize", fmt::format("[{}, {}]", lens.width(), lens.height())},
                                        {"intrinsics", numbers(lens.intrinsics())},
                                        {"rt_cam_world", numbers(pose)}});
-  if (keys.has("rt_cam_world")) keys.exclude({"position_mm", "look_at_mm", "up"}, {});
+  if (keys.has("rt_cam_world"))
+    keys.exclude({"position_mm", "look_at_mm", "up", "baseline_mm", "angle_deg"}, {});
 }
 
 std::string response_text(const ProjectorResponse& r) {

@@ -4,11 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <numbers>
+#include <optional>
 #include <set>
 
 #include "study/plan/study_tables.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/file/toml_reader.hpp"
+#include "twin/lens/baseline.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -43,7 +48,28 @@ UncertainForm read_form(const TomlTable& table, const std::set<std::string>& sph
   return out;
 }
 
-UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, std::set<std::string>* taken) {
+// Returns the number of a key of the twin: as its file has it, or, where the file states the pose otherwise, the
+// baseline or the angle that it makes.
+std::optional<double> nominal_number(const TomlTable& twin, const std::filesystem::path& twin_file,
+                                     const std::string& key) {
+  if (const auto written = twin.number_at(key)) return written;
+  if (!key.ends_with(".baseline_mm") && !key.ends_with(".angle_deg")) return std::nullopt;
+  const Twin loaded = load_twin(twin_file);
+  const Pose& T_first_world = loaded.cameras[0].T_cam_world;
+  std::map<std::string, Pose> devices;
+  if (loaded.projector) devices["projector"] = loaded.projector->T_proj_world;
+  for (std::size_t i = 1; i < loaded.cameras.size(); ++i)
+    for (const std::string& path : {"camera." + loaded.cameras[i].name, fmt::format("camera[{}]", i)})
+      devices[path] = loaded.cameras[i].T_cam_world;
+  const auto device = devices.find(key.substr(0, key.rfind('.')));
+  if (device == devices.end()) return std::nullopt;
+  if (key.ends_with(".baseline_mm")) return baseline_mm(T_first_world, device->second);
+  const auto angle_rad = triangulation_rad(T_first_world, device->second);
+  return angle_rad ? std::optional(*angle_rad * 180.0 / std::numbers::pi) : std::nullopt;
+}
+
+UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, const std::filesystem::path& twin_file,
+                            std::set<std::string>* taken) {
   table.allow({"key", "keys", "form", "name", "value", "distribution", "sigma", "half_width"});
   UncertainKey out;
   out.keys = read_study_keys(table, taken);
@@ -59,7 +85,7 @@ UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, std::
   out.spread = table.required_number(spread, NumberRange::positive(1e-12));
   out.stated = table.has("value");
   for (const std::string& key : out.keys) {
-    const auto value = out.stated ? table.number("value") : twin.number_at(key);
+    const auto value = out.stated ? table.number("value") : nominal_number(twin, twin_file, key);
     if (!value)
       table.fail(table.has("key") ? "key" : "keys",
                  fmt::format("\"{}\" has no number in the twin's file", key),
@@ -95,7 +121,7 @@ UncertainSettings read_uncertain_settings(const TomlTable& root, const std::file
     if (form)
       out.inputs.forms.push_back(read_form(table, spheres, &taken));
     else
-      out.inputs.keys.push_back(read_uncertain(table, twin, &taken));
+      out.inputs.keys.push_back(read_uncertain(table, twin, twin_file, &taken));
     const std::string& name = form ? out.inputs.forms.back().name : out.inputs.keys.back().name;
     if (!names.insert(name).second)
       table.fail(table.has("name") ? "name" : "",

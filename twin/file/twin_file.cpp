@@ -31,7 +31,7 @@ Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& s
   if (root.choice("cameramodel_unit", {"m", "mm"}) == "mm") context.cameramodel_mm_per_unit = 1.0;
 
   twin.cameras = read_cameras(root, context);
-  twin.projector = read_projector(root, context);
+  twin.projector = read_projector(root, context, twin.cameras[0].T_cam_world);
   twin.fringes = read_fringes(root);
   twin.fringes.images = read_pattern_images(root, twin.projector, context);
   read_image_harmonics(root, twin);

@@ -23,7 +23,9 @@ struct TwinFileContext {
 };
 
 std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& context);
-std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context);
+/// `T_first_world`: pose of the first camera.
+std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context,
+                                        const Pose& T_first_world);
 Fringes read_fringes(const TomlTable& root);
 /// [fringes] images: read and checked against the projector.
 std::vector<PatternImage> read_pattern_images(const TomlTable& root,

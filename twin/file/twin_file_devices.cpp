@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "twin/file/cameramodel.hpp"
 #include "twin/file/opencv_import.hpp"
 #include "twin/file/plain_keys.hpp"
 #include "twin/file/twin_file.hpp"
+#include "twin/lens/baseline.hpp"
 #include "twin/lens/look_at.hpp"
 #include "twin/lens/pose_fault.hpp"
 
@@ -16,9 +18,9 @@ namespace fringetwin {
 namespace {
 
 /// Where lens and pose come from: a .cameramodel file, an OpenCV calibration, or the twin itself.
-const std::vector<std::string> kDeviceKeys = {"model",       "opencv",     "lensmodel",
-                                              "imagersize",  "intrinsics", "rt_cam_world",
-                                              "position_mm", "look_at_mm", "up"};
+const std::vector<std::string> kDeviceKeys = {"model",      "opencv",       "lensmodel",   "imagersize",
+                                              "intrinsics", "rt_cam_world", "position_mm", "look_at_mm",
+                                              "up",         "baseline_mm",  "angle_deg"};
 /// The pose, in two ways of which a device has one.
 const std::vector<std::string> kPoseKeys = {"rt_cam_world", "position_mm", "look_at_mm", "up"};
 
@@ -128,6 +130,31 @@ Device read_device(const TomlTable& table, const TwinFileContext& context, bool 
   if (!intrinsics) table.fail("intrinsics", "is missing", "it must be fx fy cx cy, then the distortion");
   const std::string where = fmt::format("{}: {}", table.where("intrinsics"), table.full_key("intrinsics"));
   return {Lens(lensmodel, *intrinsics, read_imagersize(table), where), read_pose(table, may_be_world)};
+}
+
+/// Returns the pose of a device after its baseline or angle, where one is given, has moved it.
+/// `T_first_world` of the first camera; nullptr: the device is that.
+Pose read_placement(const TomlTable& table, const Pose& T_device_world, const Pose* T_first_world) {
+  const auto baseline = table.number("baseline_mm", NumberRange::between(1e-3, 1e5));
+  const auto angle_deg = table.number("angle_deg", NumberRange::between(0.01, 179.0));
+  if (!baseline && !angle_deg) return T_device_world;
+  refuse_beside(table, "baseline_mm", {"angle_deg"});
+  const std::string key = baseline ? "baseline_mm" : "angle_deg";
+  if (!T_first_world)
+    table.fail(key, "is a place beside the first camera, and this is that",
+               "give it to the projector or to the second camera");
+  const auto moved =
+      baseline ? with_baseline(*T_first_world, T_device_world, *baseline)
+               : with_triangulation(*T_first_world, T_device_world, *angle_deg * std::numbers::pi / 180.0);
+  if (moved) return *moved;
+  if (baseline)
+    table.fail(key, "cannot be reached: both devices stand at one place, or the way ends where this one aims",
+               "give its pose with another position");
+  table.fail(
+      key,
+      "needs a point that the device aims at: its optical axis and the first camera's are parallel, or "
+      "are nearest to one another behind it, or lie on one line",
+      "give baseline_mm, or position_mm and look_at_mm");
 }
 
 /// Reads the corners of a curve that is straight, with slope 1, up to the first of them.
@@ -254,11 +281,12 @@ void read_channel(const TomlTable& sensor, Camera& camera) {
   camera.channel = std::move(channel);
 }
 
-Camera read_camera(const TomlTable& table, const TwinFileContext& context, bool first) {
+/// `T_first_world`: of the first camera; nullptr: this is that.
+Camera read_camera(const TomlTable& table, const TwinFileContext& context, const Pose* T_first_world) {
   table.allow(with_device_keys(names_of_keys<Camera>()));
   const std::string name = table.required_name();
-  const Device device = read_device(table, context, first);
-  Camera camera{name, device.lens, device.T_device_world, {}, {}};
+  const Device device = read_device(table, context, T_first_world == nullptr);
+  Camera camera{name, device.lens, read_placement(table, device.T_device_world, T_first_world), {}, {}};
   if (const auto sensor = table.table("sensor")) {
     camera.sensor = read_sensor(*sensor, context);
     read_channel(*sensor, camera);
@@ -380,20 +408,22 @@ std::vector<Camera> read_cameras(const TomlTable& root, const TwinFileContext& c
                    "a twin has one or two");
   std::vector<Camera> cameras;
   for (const TomlTable& table : tables) {
-    cameras.push_back(read_camera(table, context, cameras.empty()));
+    cameras.push_back(read_camera(table, context, cameras.empty() ? nullptr : &cameras[0].T_cam_world));
     if (cameras.size() == 2 && cameras[0].name == cameras[1].name)
       table.fail("name", fmt::format("\"{}\" is the name of the first camera, too", cameras[1].name));
   }
   return cameras;
 }
 
-std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context) {
+std::optional<Projector> read_projector(const TomlTable& root, const TwinFileContext& context,
+                                        const Pose& T_first_world) {
   const auto table = root.table("projector");
   if (!table) return std::nullopt;
   table->allow(with_device_keys(names_of_keys<Projector>()));
   const Device device = read_device(*table, context, false);
-  Projector projector{
-      .lens = device.lens, .T_proj_world = device.T_device_world, .response = read_response(*table)};
+  Projector projector{.lens = device.lens,
+                      .T_proj_world = read_placement(*table, device.T_device_world, &T_first_world),
+                      .response = read_response(*table)};
   read_plain_keys(*table, projector);
   projector.inverse_square = table->choice("falloff", {"none", "inverse-square"}) == "inverse-square";
   if (projector.inverse_square)
