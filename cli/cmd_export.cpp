@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 /// Returns the page of a run's folder, or the page itself.
 fs::path page_of(const fs::path& run) {
   if (!fs::is_directory(run)) return run;
-  for (const char* name : {"report.html", "index.html"})
+  for (const char* name : {"report.html", "index.html", "needs.html", "pareto.html", "unfinished.html"})
     if (fs::exists(run / name)) return run / name;
   return run / "report.html";
 }

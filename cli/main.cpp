@@ -197,6 +197,8 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+    if (const auto fault = argc > 0 ? fault_of_taken_option(app, {argv + 1, argv + argc}) : std::nullopt)
+      invocation.run = [fault]() -> int { throw UserError(*fault); };
   } catch (const CLI::Success& e) {
     invocation.run = [&app, answer = CLI::ParseError(e)] { return tell(app, answer); };
   } catch (const CLI::ParseError& e) {

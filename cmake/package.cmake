@@ -27,6 +27,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # volk opens libvulkan by name; reports have their plots from gnuplot; any driver will do.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libvulkan1, mesa-vulkan-drivers | vulkan-icd, gnuplot-nox | gnuplot")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS xdg-utils) # `fringetwin open`
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "digital twin of fringe-projection rigs, checked against real captures
 ${about}
 Virtual experiments, calibration, photometry and recording are in it, too.")

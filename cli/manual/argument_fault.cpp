@@ -63,19 +63,31 @@ const CLI::Option* find_option(const CLI::App& command, const std::string& name)
   return nullptr;
 }
 
+void append_option_names(const CLI::App& app, std::vector<std::string>& names) {
+  for (const CLI::Option* option : app.get_options([](const CLI::Option*) { return true; }))
+    for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
+}
+
+/// Before a command stands, the options of all commands are near, too: most lines begin with one.
 UserError unknown_option(const CLI::App& command, const std::string& name) {
   std::vector<std::string> names;
   for (const CLI::App* app = &command; app != nullptr; app = app->get_parent())
-    for (const CLI::Option* option : app->get_options([](const CLI::Option*) { return true; }))
-      for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
-  return {ExitCode::usage, named(command) + " " + name, "no such option",
-          nearest_hint(name, names, help_hint(command))};
+    append_option_names(*app, names);
+  const std::string where = named(command) + " " + name;
+  if (command.get_parent() == nullptr) {
+    for (const CLI::App* child : commands_in(command)) append_option_names(*child, names);
+    if (std::ranges::find(names, name) != names.end())
+      return {ExitCode::usage, where, "is an option of commands", "it stands behind the command's name"};
+  }
+  return {ExitCode::usage, where, "no such option", nearest_hint(name, names, help_hint(command))};
 }
 
 /// How far the words of a command line make sense.
 struct Walk {
   const CLI::App* command = nullptr;
   std::optional<UserError> fault = {};
+  const CLI::Option* without_value =
+      nullptr;  ///< the first option that another one follows in place of its value
 };
 
 Walk walk(const CLI::App& program, const std::vector<std::string>& arguments) {
@@ -95,9 +107,13 @@ Walk walk(const CLI::App& program, const std::vector<std::string>& arguments) {
         return at;
       }
       const bool has_value = name.size() < word.size();
-      if (!has_value && option->get_type_size() != 0 && i + 1 < arguments.size() &&
-          !arguments[i + 1].starts_with("--"))
+      if (has_value || option->get_type_size() == 0 || i + 1 == arguments.size()) continue;
+      const std::string& next = arguments[i + 1];
+      if (!next.starts_with("--"))
         ++i;
+      else if (!at.without_value && option->get_expected_min() > 0 &&
+               find_option(*at.command, next.substr(0, next.find('='))))
+        at.without_value = option;
     } else if (!commands_in(*at.command).empty()) {
       const CLI::App* child = child_named(*at.command, word);
       if (!child) {
@@ -160,10 +176,18 @@ const CLI::App& find_command(const CLI::App& program, const std::vector<std::str
   return *command;
 }
 
+std::optional<UserError> fault_of_taken_option(const CLI::App& program,
+                                               const std::vector<std::string>& arguments) {
+  const Walk at = walk(program, arguments);
+  if (at.fault || !at.without_value) return std::nullopt;
+  return UserError(ExitCode::usage, named(*at.command), shown(*at.without_value) + " has no value", "");
+}
+
 UserError argument_fault(const CLI::App& program, const std::vector<std::string>& arguments,
                          const CLI::ParseError& refusal) {
   const Walk at = walk(program, arguments);
   if (at.fault) return *at.fault;
+  if (const auto fault = fault_of_taken_option(program, arguments)) return *fault;
   const CLI::App& command = *at.command;
   const std::string sentence = refusal.what();
   if (dynamic_cast<const CLI::RequiredError*>(&refusal)) return missing(command, sentence);

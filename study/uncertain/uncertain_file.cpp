@@ -48,8 +48,8 @@ UncertainForm read_form(const TomlTable& table, const std::set<std::string>& sph
   return out;
 }
 
-// Returns the number of a key of the twin: as its file has it, or, where the file states the pose otherwise, the
-// baseline or the angle that it makes.
+// Returns the number of a key of the twin: as its file has it, or, where the file states the pose otherwise,
+// the baseline or the angle that it makes.
 std::optional<double> nominal_number(const TomlTable& twin, const std::filesystem::path& twin_file,
                                      const std::string& key) {
   if (const auto written = twin.number_at(key)) return written;
@@ -68,8 +68,8 @@ std::optional<double> nominal_number(const TomlTable& twin, const std::filesyste
   return angle_rad ? std::optional(*angle_rad * 180.0 / std::numbers::pi) : std::nullopt;
 }
 
-UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin, const std::filesystem::path& twin_file,
-                            std::set<std::string>* taken) {
+UncertainKey read_uncertain(const TomlTable& table, const TomlTable& twin,
+                            const std::filesystem::path& twin_file, std::set<std::string>* taken) {
   table.allow({"key", "keys", "form", "name", "value", "distribution", "sigma", "half_width"});
   UncertainKey out;
   out.keys = read_study_keys(table, taken);

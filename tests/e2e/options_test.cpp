@@ -188,6 +188,10 @@ TEST(CommandLine, NamesWhatWasMeant) {
            {{"measure", "a", "--out", "b"}, "measure: --captures DIR is missing; fringetwin measure"},
            {{"diff", "a"}, "diff: RUN_B is missing; fringetwin diff RUN_A RUN_B"},
            {{"render", "--out"}, "render: --out DIR has no value"},
+           {{"render", "--out", "--seed", "5"}, "render: --out DIR has no value"},
+           {{"new", "--from", "--out", "q"}, "new: --from FILE has no value"},
+           {{"--ouput", "q"}, "fringetwin --ouput: no such option; did you mean \"--out\"?"},
+           {{"--captures", "q", "measure"}, "--captures: is an option of commands; it stands behind"},
            {{"render", "a", "--samples", "many"}, "render --samples: \"many\" is no number"},
            {{"render", "a", "--samples", "1.5"}, "render --samples: \"1.5\" is no whole number"},
            {{"info", "x"}, "info: \"x\" is one argument too many"},
@@ -404,6 +408,8 @@ TEST(Open, ShowsThePageOfARun) {
   EXPECT_TRUE(fs::exists(dir / "bin" / "xdg-open.late"));
   fs::remove(dir / "report.html");
   expect_refused(run_fringetwin({"open", dir.string()}), 3, {"report.html: there is no such page"});
+  write_file(dir / "needs.html", "<html></html>");
+  EXPECT_EQ(open_with("exit 0").out, (dir / "needs.html").string() + "\n");
 }
 
 TEST(Options, QuietBeforeAndAfterTheSubcommand) {

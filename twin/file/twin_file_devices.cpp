@@ -138,7 +138,7 @@ Pose read_placement(const TomlTable& table, const Pose& T_device_world, const Po
   const auto baseline = table.number("baseline_mm", NumberRange::between(1e-3, 1e5));
   const auto angle_deg = table.number("angle_deg", NumberRange::between(0.01, 179.0));
   if (!baseline && !angle_deg) return T_device_world;
-  refuse_beside(table, "baseline_mm", {"angle_deg"});
+  if (baseline) refuse_beside(table, "baseline_mm", {"angle_deg"});
   const std::string key = baseline ? "baseline_mm" : "angle_deg";
   if (!T_first_world)
     table.fail(key, "is a place beside the first camera, and this is that",
