@@ -25,8 +25,9 @@ constexpr double kLargeResidual = 0.4;  ///< and what is told though none fits
 constexpr double kFewNear = 0.5;        ///< of the expected pixels, within a period
 constexpr double kOffset = 0.1;         ///< periods, median
 
-// What counts as an answer: it leaves a quarter of the bad pixels, or all of the offset but a twentieth of a
-// period, alike everywhere.
+// What counts as an answer: it leaves a quarter of the bad pixels, or of the jumps without losing pixels
+// (edges and shadows that no reading decodes stay bad), or all of the offset but a twentieth of a period,
+// alike everywhere.
 constexpr double kLeftOver = 0.25;
 constexpr double kSettledPeriods = 0.02;  ///< periods
 constexpr double kLeastGain = 0.003;
@@ -48,7 +49,11 @@ bool answers(const ReadingScore& described, const Reading& reading, const Readin
   if (described.residual > kResidual && other.residual <= kLeftOver * described.residual &&
       other.good >= described.good)
     return true;
-  return 1.0 - other.good <= kLeftOver * (1.0 - described.good) && other.good > described.good + kLeastGain;
+  if (!(other.good > described.good + kLeastGain)) return false;
+  if (described.jumps > kManyJumps && other.jumps <= kLeftOver * described.jumps &&
+      other.valid > described.valid - kLeastGain)
+    return true;
+  return 1.0 - other.good <= kLeftOver * (1.0 - described.good);
 }
 
 /// Counts over all of an image.
@@ -138,10 +143,15 @@ struct Answer {
   ReadingScore score;
 };
 
-/// Returns the other readings that answer in the tile where the described one does worst, the best ones
-/// first: one tile tells most of them apart at a ninth of the cost.
-std::vector<Reading> screened(const std::vector<Sample>& tiles, const Fringes& fringes, bool single_images,
-                              const DecodeOptions& options) {
+/// Other readings after a look at one tile, which tells most of them apart at a ninth of the cost.
+struct Screened {
+  std::vector<Reading> answers;    ///< that answer there, the best ones first
+  std::optional<Reading> nearest;  ///< the best of all
+};
+
+/// Looks at the tile where the described reading does worst.
+Screened screened(const std::vector<Sample>& tiles, const Fringes& fringes, bool single_images,
+                  const DecodeOptions& options) {
   constexpr std::size_t kMost = 6;
   const Reading as_described = described_reading(fringes);
   const Sample* worst = nullptr;
@@ -151,16 +161,21 @@ std::vector<Reading> screened(const std::vector<Sample>& tiles, const Fringes& f
     if (score.n > 0 && (!worst || score.good < described.good)) worst = &tile, described = score;
   }
   std::vector<Answer> answers_there;
+  Screened out;
+  double most_good = 0.0;
   for (Reading& reading : other_readings(fringes)) {
     if (reading.single_images && !single_images) continue;
     const ReadingScore score = worst->score(reading, options);
+    if (!reading.shifts_only && score.good > most_good) {
+      most_good = score.good;
+      out.nearest = reading;
+    }
     if (answers(described, reading, score)) answers_there.push_back({std::move(reading), score});
   }
   std::ranges::stable_sort(answers_there,
                            [](const Answer& a, const Answer& b) { return a.score.good > b.score.good; });
-  std::vector<Reading> out;
   for (Answer& answer : answers_there)
-    if (out.size() < kMost) out.push_back(std::move(answer.reading));
+    if (out.answers.size() < kMost) out.answers.push_back(std::move(answer.reading));
   return out;
 }
 
@@ -197,7 +212,8 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
     each.emplace_back(tiles.only(k), images, expected, all_steps.min_modulation_dn);
   const bool single_images = jumps_or_few(described) || described.residual > kResidual;
   std::optional<Answer> best;
-  for (Reading& reading : screened(each, fringes, single_images, all_steps)) {
+  Screened found = screened(each, fringes, single_images, all_steps);
+  for (Reading& reading : found.answers) {
     const ReadingScore score = sample.score(reading, all_steps);
     if (answers(described, reading, score) && (!best || score.good > best->score.good + 1e-3))
       best = Answer{std::move(reading), score};
@@ -208,6 +224,13 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
   const ImageU8 reached = reached_pixels(images, all_steps.min_modulation_dn);
   const Counts everywhere = count(decoded, reached);
   const std::string wrong = what_is_wrong(described, everywhere);
+  const auto nearest_text = [&](const std::optional<Reading>& nearest) -> std::string {
+    if (!nearest) return "";
+    const ReadingScore score = sample.score(*nearest, all_steps);
+    if (!(score.good > described.good + kLeastGain)) return "";
+    return fmt::format(" (the best, {})",
+                       what_would_be(described, *nearest, score, images, all_steps, reached));
+  };
   for (const auto& [earlier, later] : repeated)
     tell(fmt::format("image {} repeats image {}, so that one pattern of the sequence is missing", later,
                      earlier),
@@ -217,8 +240,9 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
                      wrong, what_would_be(described, best->reading, best->score, images, all_steps, reached)),
          !best->reading.shifts_only, kind_of(fringes, described, best->reading));
   else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
-    tell(fmt::format("{}; no other reading of [fringes] that was tried fits better", wrong), false,
-         kind_of(fringes, described, described_reading(fringes)));
+    tell(fmt::format("{}; no other reading of [fringes] that was tried takes most of this away{}", wrong,
+                     nearest_text(found.nearest)),
+         false, kind_of(fringes, described, described_reading(fringes)));
   return out;
 }
 

@@ -217,6 +217,44 @@ TEST(Doubts, CodesDescribedWrongly) {
   EXPECT_THAT(told(support::project(wrong, s), right, s, false).all(), HasSubstr("no complementary bit"));
 }
 
+/// Makes a part of the images what no reading decodes, as edges and locks of a real part are: there each
+/// image has gray values of its own.
+void spoil(CameraImages& images, double share) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> gray(20.0f, 200.0f);
+  for (ImageF& image : images.images)
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < static_cast<int>(share * image.width); ++x) image(x, y) = gray(random);
+}
+
+// A code as SLStudio and others show it: its bits change where the fringes wrap, and the last one halves the
+// period. Some pixels stay bad whatever is read.
+TEST(Doubts, AHalfPeriodBitAmongPixelsThatNoReadingDecodes) {
+  const support::FringeScene s = scene();
+  Fringes right = coded(4, true);
+  right.directions[0].gray->offset_periods = -0.5;
+  CameraImages images = support::project(right, s);
+  spoil(images, 0.05);
+  Fringes as_bits = coded(4, false);
+  EXPECT_THAT(told(images, as_bits, s, false).all(),
+              HasSubstr("a complementary bit as the last of the code and offset_periods = -0.5 would leave"));
+  Fringes no_offset = right;
+  no_offset.directions[0].gray->offset_periods = 0.0;
+  EXPECT_THAT(told(images, no_offset, s, false).all(), HasSubstr("the code 0.5 of a period further"));
+  const CameraImages reversed = in_order(images, {0, 3, 2, 1, 4, 5, 6, 7, 8, 9, 10});
+  EXPECT_THAT(told(reversed, right, s, false).all(), HasSubstr("steps in reverse order"));
+}
+
+// Where nothing fits, nothing is named but what comes nearest.
+TEST(Doubts, WhatNothingSettlesNamesTheNearest) {
+  const support::FringeScene s = scene();
+  const Fringes right = coded(4, true);
+  CameraImages images = support::project(right, s);
+  spoil(images, 0.4);
+  const std::string all = told(images, right, s, false).all();
+  EXPECT_THAT(all, ::testing::Not(HasSubstr("not as described")));
+}
+
 TEST(Doubts, AComplementaryBitThatIsShownInverted) {
   const support::FringeScene s = scene();
   for (const auto threshold : {GrayCode::Threshold::mean, GrayCode::Threshold::inverse}) {

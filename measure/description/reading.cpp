@@ -13,6 +13,8 @@ namespace {
 
 /// The first of equals is named: half a period off is the commonest mistake.
 constexpr double kQuarters[] = {0.5, 0.25, 0.75};
+/// Of codes whose bits change where the fringes are dark, in the last of a series that halves its periods.
+constexpr double kOffsetsOfHalfPeriodBits[] = {-0.5, -0.25, 0.5, 0.25};
 constexpr std::size_t kMostPitches = 4;  ///< 23 other orders
 
 /// Collects readings that differ from the described one in what a function changes.
@@ -69,6 +71,11 @@ void Readings::descriptions() {
   fringes("a complementary bit as the last of the code", each_code([](GrayCode& c) {
             if (!c.complementary && c.bits > 1) c.complementary = true, --c.bits;
           }));
+  for (const double offset : kOffsetsOfHalfPeriodBits)
+    fringes(fmt::format("a complementary bit as the last of the code and offset_periods = {:g}", offset),
+            each_code([offset](GrayCode& c) {
+              if (!c.complementary && c.bits > 1) c.complementary = true, --c.bits, c.offset_periods = offset;
+            }));
   fringes("no complementary bit", each_code([](GrayCode& c) {
             if (c.complementary) c.complementary = false, ++c.bits;
           }));

@@ -33,9 +33,9 @@ inline constexpr int kNotRecorded = -1;
 Reading described_reading(const Fringes& fringes);
 
 /// Returns the readings to try, each different from the described one in one thing: direction, bit order,
-/// complementary bit (there or not, inverted), code offset, phase origin (the last two in quarters of a
-/// period), order of the steps and pitches, two images exchanged, one image more or less than there should be
-/// from some image on.
+/// complementary bit (there or not, inverted; there with another code offset), code offset, phase origin (the
+/// last two in quarters of a period), order of the steps and pitches, two images exchanged, one image more or
+/// less than there should be from some image on.
 std::vector<Reading> other_readings(const Fringes& fringes);
 
 /// Returns the images in the order of the sequence as `reading` has it. A phase step that was not recorded is
