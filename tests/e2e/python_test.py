@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Python package does what the command line does: same numbers, same images, same sentences.
 
-python_test.py --program build/fringetwin --package build/python --source .
+python_test.py --program build/fringetwin --package build/python --source .      python_full_test.py: at full size
 
 Tolerances: none. Both ways run the same code on the same device, so images and numbers are equal bit by bit; the
 readers are held against numpy's, OpenCV's and SQLite's own reading, which is exact, too. A Ctrl-C
 leaves a call without its last file, and a thread counts while another measures.
 """
-import argparse
 import ast
 import glob
 import inspect
@@ -27,9 +26,10 @@ import zipfile
 
 import numpy as np
 
-OPTIONS = {}
+from python_and_program import OPTIONS, bytes_of, of_the_result, program, run_tests
+import fringetwin
+
 SMALL = 0.25  # of the paper's images
-NO_FACTS_OF_THE_RUN = ("command", "argv", "timing_s", "created", "created_utc", "host", "provenance", "inputs_sha256")
 
 
 def small_twin(source):
@@ -42,19 +42,6 @@ def small_twin(source):
         return f"{found[1]}{scaled}"
     cameras = cameras.replace("[1440, 1080]", "[360, 270]")
     return re.sub(r"(intrinsics = )\[([^\]]+)\]", smaller, cameras) + "[projector]" + rest
-
-
-def program(*args, code=None):
-    done = subprocess.run([OPTIONS["program"], *map(str, args)], capture_output=True, text=True, check=False)
-    if code is None:
-        assert done.returncode in (0, 1), done.stderr
-    else:
-        assert done.returncode == code, (done.returncode, done.stderr)
-    return done
-
-
-def of_the_result(result):
-    return {key: value for key, value in result.items() if key not in NO_FACTS_OF_THE_RUN}
 
 
 class Python(unittest.TestCase):
@@ -99,8 +86,7 @@ class Python(unittest.TestCase):
         self.assertEqual(of_the_result(run.result), of_the_result(there.result))
         self.assertTrue(run.result["fits"])
         for name in ("points.ply", "phase_left.exr", "phase_right.exr", "measured_left.npz", "measured_right.npz"):
-            with open(run.file(name), "rb") as ours, open(there.file(name), "rb") as theirs:
-                self.assertEqual(ours.read(), theirs.read(), name)
+            self.assertEqual(bytes_of(run.file(name)), bytes_of(there.file(name)), name)
         self.assert_figures_are_those_of_the_page(run.path, 1)
         from_arrays = fringetwin.measure(self.twin, {c: list(self.rendered[c]) for c in self.rendered})
         self.assertEqual(from_arrays.fits, there.result["fits"])
@@ -150,8 +136,7 @@ class Python(unittest.TestCase):
         self.assertGreaterEqual(len(names), least)
         self.assertEqual(sorted(os.listdir(run + "/figures")), names)
         for name in names:
-            with open(f"{run}/figures/{name}", "rb") as ours, open(f"{run}-exported/{name}", "rb") as theirs:
-                self.assertEqual(ours.read(), theirs.read(), name)
+            self.assertEqual(bytes_of(f"{run}/figures/{name}"), bytes_of(f"{run}-exported/{name}"), name)
 
     def test_arrays_are_those_of_the_other_files(self):
         self.assert_arrays_are_those_of_the_files(self.dir + "/cli-measured")
@@ -291,8 +276,7 @@ class Python(unittest.TestCase):
 
     def test_readers_agree_with_others(self):
         file = self.dir + "/cli-measured/points.ply"
-        with open(file, "rb") as ply:
-            head, body = ply.read().split(b"end_header\n", 1)
+        head, body = bytes_of(file).split(b"end_header\n", 1)
         record = np.dtype([("p", "<f8", 3), ("n", "<f4", 3), ("sigma_mm", "<f4"), ("pixel", "<f4", 2), ("column_px", "<f4"),
                            ("amplitude_dn", "<f4"), ("mean_dn", "<f4"), ("sigma_rad", "<f4")])
         plain = np.frombuffer(body, record)
@@ -331,10 +315,7 @@ class Python(unittest.TestCase):
             self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))
 
     def test_bad_files_are_refused_in_one_sentence(self):
-        good = {}
-        for name in ("points.ply", "phase_left.exr", "result.json"):
-            with open(f"{self.dir}/cli-measured/{name}", "rb") as file:
-                good[name] = file.read()
+        good = {name: bytes_of(f"{self.dir}/cli-measured/{name}") for name in ("points.ply", "phase_left.exr", "result.json")}
         ply_head = b"ply\nformat binary_little_endian 1.0\nelement vertex %s\nproperty float x\nend_header\n"
         window = good["phase_left.exr"].index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
         wide = bytearray(good["phase_left.exr"])
@@ -408,18 +389,4 @@ class Python(unittest.TestCase):
                     self.assertIn("within pixels", done.stdout)
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    for name in ("program", "package", "source"):
-        parser.add_argument("--" + name, required=True, type=os.path.abspath)
-    arguments, rest = parser.parse_known_args()
-    OPTIONS.update(vars(arguments))
-    sys.path.insert(0, OPTIONS["package"])
-    globals()["fringetwin"] = __import__("fringetwin")
-    if "no Vulkan device" in program("info").stdout and not os.environ.get("FRINGETWIN_REQUIRE_DEVICE"):
-        print("skipped: the program finds no Vulkan device")
-        sys.exit(77)
-    unittest.main(argv=[sys.argv[0], *rest])
-
-
-main()
+run_tests()
