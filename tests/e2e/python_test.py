@@ -352,6 +352,31 @@ class Python(unittest.TestCase):
         database.close()
         self.assertEqual(fringetwin.read_study(self.dir), {"point": [{"id": 1, "note": "a"}, {"id": 2, "note": None}]})
 
+    def test_help_speaks_python(self):
+        """No documentation or error shows a name of C++; those of the arguments are the stubs'."""
+        from fringetwin import _core
+        with open(os.path.join(os.path.dirname(fringetwin.__file__), "_core.pyi"), encoding="utf-8") as file:
+            functions = {node.name: node for node in ast.parse(file.read()).body if isinstance(node, ast.FunctionDef)}
+        told = [(name, getattr(fringetwin, name)) for name in fringetwin.__all__]
+        told += [(name, getattr(_core, name)) for name in dir(_core) if not name.startswith("__")]
+        for name, one in told[:]:
+            if inspect.isclass(one):
+                told += [(f"{name}.{member}", vars(one)[member]) for member in vars(one)]
+        self.assertIn("Twin.render", dict(told))
+        for name, one in told:
+            self.assertNotIn("::", one.__doc__ or "", name)
+        for name, stub in functions.items():
+            signature = getattr(_core, name).__doc__.splitlines()[0]
+            arguments = [argument.arg for argument in stub.args.args + stub.args.kwonlyargs]
+            self.assertEqual(re.findall(r"[(,] ?(\w+): ", signature), arguments, signature)
+        with self.assertRaises(TypeError) as refused:
+            fringetwin.load_captures(self.dir, self.dir)
+        self.assertNotIn("::", str(refused.exception))
+        self.assertIn("twin: fringetwin._core.Twin, folder: os.PathLike", str(refused.exception))
+        with self.assertRaisesRegex(fringetwin.UserError, "square"):
+            self.twin.render(samples=3, sampler="gauss")  # as Twin.render's documentation says
+        self.assertIn("`samples` per pixel (a square number", fringetwin.Twin.render.__doc__)
+
     def test_stubs_cover_every_public_name(self):
         from fringetwin import _core
         folder = os.path.dirname(fringetwin.__file__)
