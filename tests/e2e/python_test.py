@@ -352,6 +352,32 @@ class Python(unittest.TestCase):
         database.close()
         self.assertEqual(fringetwin.read_study(self.dir), {"point": [{"id": 1, "note": "a"}, {"id": 2, "note": None}]})
 
+    def test_points_and_studies_are_frames_of_pandas(self):
+        import pandas
+        file = self.dir + "/cli-measured/points.ply"
+        points = fringetwin.read_points(file)
+        frame = pandas.DataFrame(points)
+        self.assertEqual(list(frame.columns), ["x", "y", "z", "nx", "ny", "nz", "sigma_mm", "pixel_x", "pixel_y", "column_px",
+                                               "amplitude_dn", "mean_dn", "sigma_rad"])
+        for name in frame:
+            self.assertEqual(frame[name].dtype, points[name].dtype)
+            np.testing.assert_array_equal(frame[name], points[name])
+        self.assertTrue((frame[frame.sigma_mm < frame.sigma_mm.median()].z > 0).any())
+        with open(self.dir + "/study.toml", "w", encoding="utf-8") as study:
+            study.write(f'schema = "fringetwin-study/1"\nname = "frames"\ntwin = "{self.file}"\n'
+                        '[[vary]]\nkey = "render.sampler"\nvalues = ["gauss"]\n[[vary]]\nkey = "render.samples"\nvalues = [1, 4]\n'
+                        '[[record]]\nresult = "fits.sphere.measured.rms_mm"\nname = "rms_mm"\n')
+        program("study", self.dir + "/study.toml", "--out", self.dir + "/study", code=0)
+        frame = pandas.DataFrame(fringetwin.read_study(self.dir + "/study")["points"])
+        self.assertEqual(list(frame.columns), ["id", "settings", "seed", "status", "reason", "results", "seconds", "traced",
+                                               "version", "host", "finished_at", "digest"])
+        table = pandas.read_csv(self.dir + "/study/study.csv", float_precision="round_trip")
+        self.assertEqual(list(table["render.samples"]), [1, 4])
+        self.assertEqual(list(frame.id), list(table.id))
+        numbers = pandas.json_normalize(frame.results.map(json.loads))
+        self.assertEqual(list(numbers.rms_mm), list(table.rms_mm))
+        self.assertTrue((table.rms_mm > 0).all())
+
     def test_help_speaks_python(self):
         """No documentation or error shows a name of C++; those of the arguments are the stubs'."""
         from fringetwin import _core
