@@ -258,20 +258,27 @@ class Python(unittest.TestCase):
         self.assertGreater(during, 5)  # with the lock held it is 0, or 1 where the thread was about to count
 
     def test_ctrl_c_ends_a_call_and_nothing_else(self):
-        script = ("import fringetwin, sys, threading, os, signal, time\n"
-                  "t = fringetwin.Twin(sys.argv[1])\n"
-                  "fine = t.render(samples=1, sampler='gauss')\n"
-                  "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-                  "try:\n  fringetwin.cosim(sys.argv[2], sys.argv[3], samples=256, sampler='gauss')\n"
-                  "except KeyboardInterrupt:\n  print('interrupted', flush=True)\n"
-                  "again = t.render(samples=1, sampler='gauss')\n"
+        script = ("import fringetwin, functools, itertools, sys, threading, os, signal\n"
+                  "small, large = fringetwin.Twin(sys.argv[1]), fringetwin.Twin(sys.argv[2])\n"
+                  "fine, images = small.render(samples=1, sampler='gauss'), large.render(samples=1, sampler='gauss')\n"
+                  "call = {'cosim': functools.partial(fringetwin.cosim, large, sys.argv[3], samples=256, sampler='gauss'),\n"
+                  "        'render': functools.partial(large.render, samples=256, sampler='gauss'),\n"
+                  "        'measure': functools.partial(fringetwin._core.measure, large, images)}[sys.argv[4]]\n"
+                  "done = []\n"
+                  "threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                  # no line of Python lies between the end of render or measure and `done`: a call that went on is in it
+                  "try:\n  done.extend(itertools.starmap(call, [()]))\n"
+                  "except KeyboardInterrupt:\n  print('interrupted', len(done), flush=True)\n"
+                  "again = small.render(samples=1, sampler='gauss')\n"
                   "assert (again['left'][0] == fine['left'][0]).all()\n"
                   "print('goes on')\n")
-        done = subprocess.run([sys.executable, "-c", script, self.file, OPTIONS["source"] + "/datasets/paper-sphere",
-                               self.dir + "/interrupted"], capture_output=True, text=True, check=False,
-                              timeout=120, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
-        self.assertEqual(done.stdout, "interrupted\ngoes on\n", done.stderr)
-        # Python alone would have raised the same once the whole call had ended, with all its files written.
+        for call in ("cosim", "render", "measure"):
+            with self.subTest(call=call):
+                done = subprocess.run([sys.executable, "-c", script, self.file, OPTIONS["source"] + "/datasets/paper-sphere",
+                                       self.dir + "/interrupted", call], capture_output=True, text=True, check=False,
+                                      timeout=120, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
+                self.assertEqual(done.stdout, "interrupted 0\ngoes on\n", done.stderr)
+        # Python alone would have raised the same once the whole of cosim had ended, with all its files written.
         self.assertFalse(os.path.exists(self.dir + "/interrupted/result.json"))
 
     def test_readers_agree_with_others(self):
@@ -377,6 +384,10 @@ class Python(unittest.TestCase):
         numbers = pandas.json_normalize(frame.results.map(json.loads))
         self.assertEqual(list(numbers.rms_mm), list(table.rms_mm))
         self.assertTrue((table.rms_mm > 0).all())
+
+    def test_version_is_that_of_the_command_line(self):
+        self.assertEqual(fringetwin.version() + "\n", program("--version", code=0).stdout)
+        self.assertEqual(fringetwin.__version__, fringetwin.version().split(" ")[0])
 
     def test_help_speaks_python(self):
         """No documentation or error shows a name of C++; those of the arguments are the stubs'."""
