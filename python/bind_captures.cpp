@@ -156,8 +156,13 @@ void bind_captures(py::module_& module) {
           },
           py::arg("out"), py::arg("radiance") = false,
           "Writes the capture set as `fringetwin render --out` does (`radiance`: EXR images, too).");
-  module.def("load_captures", &load, py::arg("twin"), py::arg("folder"),
-             "Reads the capture set in a folder (capture.toml and its images).");
+}
+
+void bind_capture_calls(py::module_& module) {
+  module.def(
+      "load_captures", &load, py::arg("twin"), py::arg("folder"),
+      "Reads the capture set in a folder (capture.toml and its images): Captures of the twin's cameras, "
+      "float32 arrays (height, width) in DN, in the order of the sequence.");
   module.def("captures_from", &captures_from, py::arg("twin"), py::arg("images"),
              "Returns Captures with a copy of the arrays (height, width), DN, of each camera.");
 }

@@ -98,9 +98,9 @@ void bind_twin(py::module_& module) {
            py::arg("phase_error_rad") = py::none(), py::arg("gray_error") = py::none(), py::arg("seed") = 0,
            py::arg("device") = "",
            "Renders every image of the sequence as each camera would record it: Rendering, a mapping from "
-           "camera to images, float32 (height, width) in DN. Options as of `fringetwin render`: `samples` a "
-           "side of a pixel, `sampler`, `phase_error_rad` (rad), `gray_error` (of full scale), `seed`, "
-           "`device` (a part of its name).")
+           "camera to images, float32 (height, width) in DN. Options as of `fringetwin render`: `samples` "
+           "per pixel (a square number for the sampler \"gauss\"), `sampler`, `phase_error_rad` (rad), "
+           "`gray_error` (of full scale), `seed`, `device` (a part of its name).")
       .def_readonly("file", &PyTwin::file, "The twin.toml.")
       .def_property_readonly(
           "name", [](const PyTwin& self) { return self.state().twin->name; }, "Its name.")

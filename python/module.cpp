@@ -48,6 +48,7 @@ PYBIND11_MODULE(_core, module) {
   python::bind_errors(module);
   python::bind_captures(module);
   python::bind_twin(module);
+  python::bind_capture_calls(module);
   python::bind_measure(module);
   python::bind_cosim(module);
   module.def("version", &cli::version_string,

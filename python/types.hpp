@@ -82,8 +82,11 @@ struct PyMeasurement {
 cosim::Origin origin_of(const std::string& call, const std::filesystem::path& file, const Settings& settings,
                         const std::vector<std::string>& options);
 
+/// A signature shows the names of Python for classes that are bound before it, and those of C++ for the
+/// others: so the calls that take a twin come after it.
 void bind_captures(py::module_& module);
 void bind_twin(py::module_& module);
+void bind_capture_calls(py::module_& module);
 void bind_measure(py::module_& module);
 void bind_cosim(py::module_& module);
 

@@ -205,7 +205,14 @@ TEST(CommandLine, NamesWhatWasMeant) {
 }
 
 TEST(CommandLine, HelpAndVersionAreCommands) {
-  EXPECT_EQ(run_fringetwin({"version"}).out, run_fringetwin({"--version"}).out);
+  const std::string version = run_fringetwin({"--version"}).out;
+  EXPECT_EQ(run_fringetwin({"version"}).out, version);
+  const char* source = std::getenv("FRINGETWIN_SOURCE");
+  ASSERT_NE(source, nullptr);
+  const bool checkout = fs::exists(fs::path(source) / ".git");
+  const std::string commit = checkout ? "[0-9a-f]{12,40}(-dirty)?, " : "";
+  EXPECT_THAT(version, ::testing::MatchesRegex("[0-9]+[.][0-9]+[.][0-9]+ [(]" + commit +
+                                               "[A-Za-z]+, g[+][+] .*[)]\n"));
   for (const std::vector<std::string>& path :
        {std::vector<std::string>{}, {"measure"}, {"import"}, {"import", "opencv"}}) {
     std::vector<std::string> help{"help"}, flag = path;

@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Python package does what the command line does: same numbers, same images, same sentences.
 
-python_test.py --program build/fringetwin --package build/python --source .
+python_test.py --program build/fringetwin --package build/python --source .      python_full_test.py: at full size
 
 Tolerances: none. Both ways run the same code on the same device, so images and numbers are equal bit by bit; the
 readers are held against numpy's, OpenCV's and SQLite's own reading, which is exact, too. A Ctrl-C
 leaves a call without its last file, and a thread counts while another measures.
 """
-import argparse
 import ast
 import glob
 import inspect
@@ -27,9 +26,10 @@ import zipfile
 
 import numpy as np
 
-OPTIONS = {}
+from python_and_program import OPTIONS, bytes_of, of_the_result, program, run_tests
+import fringetwin
+
 SMALL = 0.25  # of the paper's images
-NO_FACTS_OF_THE_RUN = ("command", "argv", "timing_s", "created", "created_utc", "host", "provenance", "inputs_sha256")
 
 
 def small_twin(source):
@@ -42,19 +42,6 @@ def small_twin(source):
         return f"{found[1]}{scaled}"
     cameras = cameras.replace("[1440, 1080]", "[360, 270]")
     return re.sub(r"(intrinsics = )\[([^\]]+)\]", smaller, cameras) + "[projector]" + rest
-
-
-def program(*args, code=None):
-    done = subprocess.run([OPTIONS["program"], *map(str, args)], capture_output=True, text=True, check=False)
-    if code is None:
-        assert done.returncode in (0, 1), done.stderr
-    else:
-        assert done.returncode == code, (done.returncode, done.stderr)
-    return done
-
-
-def of_the_result(result):
-    return {key: value for key, value in result.items() if key not in NO_FACTS_OF_THE_RUN}
 
 
 class Python(unittest.TestCase):
@@ -99,8 +86,7 @@ class Python(unittest.TestCase):
         self.assertEqual(of_the_result(run.result), of_the_result(there.result))
         self.assertTrue(run.result["fits"])
         for name in ("points.ply", "phase_left.exr", "phase_right.exr", "measured_left.npz", "measured_right.npz"):
-            with open(run.file(name), "rb") as ours, open(there.file(name), "rb") as theirs:
-                self.assertEqual(ours.read(), theirs.read(), name)
+            self.assertEqual(bytes_of(run.file(name)), bytes_of(there.file(name)), name)
         self.assert_figures_are_those_of_the_page(run.path, 1)
         from_arrays = fringetwin.measure(self.twin, {c: list(self.rendered[c]) for c in self.rendered})
         self.assertEqual(from_arrays.fits, there.result["fits"])
@@ -150,8 +136,7 @@ class Python(unittest.TestCase):
         self.assertGreaterEqual(len(names), least)
         self.assertEqual(sorted(os.listdir(run + "/figures")), names)
         for name in names:
-            with open(f"{run}/figures/{name}", "rb") as ours, open(f"{run}-exported/{name}", "rb") as theirs:
-                self.assertEqual(ours.read(), theirs.read(), name)
+            self.assertEqual(bytes_of(f"{run}/figures/{name}"), bytes_of(f"{run}-exported/{name}"), name)
 
     def test_arrays_are_those_of_the_other_files(self):
         self.assert_arrays_are_those_of_the_files(self.dir + "/cli-measured")
@@ -273,26 +258,32 @@ class Python(unittest.TestCase):
         self.assertGreater(during, 5)  # with the lock held it is 0, or 1 where the thread was about to count
 
     def test_ctrl_c_ends_a_call_and_nothing_else(self):
-        script = ("import fringetwin, sys, threading, os, signal, time\n"
-                  "t = fringetwin.Twin(sys.argv[1])\n"
-                  "fine = t.render(samples=1, sampler='gauss')\n"
-                  "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-                  "try:\n  fringetwin.cosim(sys.argv[2], sys.argv[3], samples=256, sampler='gauss')\n"
-                  "except KeyboardInterrupt:\n  print('interrupted', flush=True)\n"
-                  "again = t.render(samples=1, sampler='gauss')\n"
+        script = ("import fringetwin, functools, itertools, sys, threading, os, signal\n"
+                  "small, large = fringetwin.Twin(sys.argv[1]), fringetwin.Twin(sys.argv[2])\n"
+                  "fine, images = small.render(samples=1, sampler='gauss'), large.render(samples=1, sampler='gauss')\n"
+                  "call = {'cosim': functools.partial(fringetwin.cosim, large, sys.argv[3], samples=256, sampler='gauss'),\n"
+                  "        'render': functools.partial(large.render, samples=256, sampler='gauss'),\n"
+                  "        'measure': functools.partial(fringetwin._core.measure, large, images)}[sys.argv[4]]\n"
+                  "done = []\n"
+                  "threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                  # no line of Python lies between the end of render or measure and `done`: a call that went on is in it
+                  "try:\n  done.extend(itertools.starmap(call, [()]))\n"
+                  "except KeyboardInterrupt:\n  print('interrupted', len(done), flush=True)\n"
+                  "again = small.render(samples=1, sampler='gauss')\n"
                   "assert (again['left'][0] == fine['left'][0]).all()\n"
                   "print('goes on')\n")
-        done = subprocess.run([sys.executable, "-c", script, self.file, OPTIONS["source"] + "/datasets/paper-sphere",
-                               self.dir + "/interrupted"], capture_output=True, text=True, check=False,
-                              timeout=120, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
-        self.assertEqual(done.stdout, "interrupted\ngoes on\n", done.stderr)
-        # Python alone would have raised the same once the whole call had ended, with all its files written.
+        for call in ("cosim", "render", "measure"):
+            with self.subTest(call=call):
+                done = subprocess.run([sys.executable, "-c", script, self.file, OPTIONS["source"] + "/datasets/paper-sphere",
+                                       self.dir + "/interrupted", call], capture_output=True, text=True, check=False,
+                                      timeout=120, env=os.environ | {"PYTHONPATH": OPTIONS["package"]})
+                self.assertEqual(done.stdout, "interrupted 0\ngoes on\n", done.stderr)
+        # Python alone would have raised the same once the whole of cosim had ended, with all its files written.
         self.assertFalse(os.path.exists(self.dir + "/interrupted/result.json"))
 
     def test_readers_agree_with_others(self):
         file = self.dir + "/cli-measured/points.ply"
-        with open(file, "rb") as ply:
-            head, body = ply.read().split(b"end_header\n", 1)
+        head, body = bytes_of(file).split(b"end_header\n", 1)
         record = np.dtype([("p", "<f8", 3), ("n", "<f4", 3), ("sigma_mm", "<f4"), ("pixel", "<f4", 2), ("column_px", "<f4"),
                            ("amplitude_dn", "<f4"), ("mean_dn", "<f4"), ("sigma_rad", "<f4")])
         plain = np.frombuffer(body, record)
@@ -331,10 +322,7 @@ class Python(unittest.TestCase):
             self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))
 
     def test_bad_files_are_refused_in_one_sentence(self):
-        good = {}
-        for name in ("points.ply", "phase_left.exr", "result.json"):
-            with open(f"{self.dir}/cli-measured/{name}", "rb") as file:
-                good[name] = file.read()
+        good = {name: bytes_of(f"{self.dir}/cli-measured/{name}") for name in ("points.ply", "phase_left.exr", "result.json")}
         ply_head = b"ply\nformat binary_little_endian 1.0\nelement vertex %s\nproperty float x\nend_header\n"
         window = good["phase_left.exr"].index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
         wide = bytearray(good["phase_left.exr"])
@@ -370,6 +358,61 @@ class Python(unittest.TestCase):
             database.execute("INSERT INTO point VALUES (1, 'a'), (2, NULL)")
         database.close()
         self.assertEqual(fringetwin.read_study(self.dir), {"point": [{"id": 1, "note": "a"}, {"id": 2, "note": None}]})
+
+    def test_points_and_studies_are_frames_of_pandas(self):
+        import pandas
+        file = self.dir + "/cli-measured/points.ply"
+        points = fringetwin.read_points(file)
+        frame = pandas.DataFrame(points)
+        self.assertEqual(list(frame.columns), ["x", "y", "z", "nx", "ny", "nz", "sigma_mm", "pixel_x", "pixel_y", "column_px",
+                                               "amplitude_dn", "mean_dn", "sigma_rad"])
+        for name in frame:
+            self.assertEqual(frame[name].dtype, points[name].dtype)
+            np.testing.assert_array_equal(frame[name], points[name])
+        self.assertTrue((frame[frame.sigma_mm < frame.sigma_mm.median()].z > 0).any())
+        with open(self.dir + "/study.toml", "w", encoding="utf-8") as study:
+            study.write(f'schema = "fringetwin-study/1"\nname = "frames"\ntwin = "{self.file}"\n'
+                        '[[vary]]\nkey = "render.sampler"\nvalues = ["gauss"]\n[[vary]]\nkey = "render.samples"\nvalues = [1, 4]\n'
+                        '[[record]]\nresult = "fits.sphere.measured.rms_mm"\nname = "rms_mm"\n')
+        program("study", self.dir + "/study.toml", "--out", self.dir + "/study", code=0)
+        frame = pandas.DataFrame(fringetwin.read_study(self.dir + "/study")["points"])
+        self.assertEqual(list(frame.columns), ["id", "settings", "seed", "status", "reason", "results", "seconds", "traced",
+                                               "version", "host", "finished_at", "digest"])
+        table = pandas.read_csv(self.dir + "/study/study.csv", float_precision="round_trip")
+        self.assertEqual(list(table["render.samples"]), [1, 4])
+        self.assertEqual(list(frame.id), list(table.id))
+        numbers = pandas.json_normalize(frame.results.map(json.loads))
+        self.assertEqual(list(numbers.rms_mm), list(table.rms_mm))
+        self.assertTrue((table.rms_mm > 0).all())
+
+    def test_version_is_that_of_the_command_line(self):
+        self.assertEqual(fringetwin.version() + "\n", program("--version", code=0).stdout)
+        self.assertEqual(fringetwin.__version__, fringetwin.version().split(" ")[0])
+
+    def test_help_speaks_python(self):
+        """No documentation or error shows a name of C++; those of the arguments are the stubs'."""
+        from fringetwin import _core
+        with open(os.path.join(os.path.dirname(fringetwin.__file__), "_core.pyi"), encoding="utf-8") as file:
+            functions = {node.name: node for node in ast.parse(file.read()).body if isinstance(node, ast.FunctionDef)}
+        told = [(name, getattr(fringetwin, name)) for name in fringetwin.__all__]
+        told += [(name, getattr(_core, name)) for name in dir(_core) if not name.startswith("__")]
+        for name, one in told[:]:
+            if inspect.isclass(one):
+                told += [(f"{name}.{member}", vars(one)[member]) for member in vars(one)]
+        self.assertIn("Twin.render", dict(told))
+        for name, one in told:
+            self.assertNotIn("::", one.__doc__ or "", name)
+        for name, stub in functions.items():
+            signature = getattr(_core, name).__doc__.splitlines()[0]
+            arguments = [argument.arg for argument in stub.args.args + stub.args.kwonlyargs]
+            self.assertEqual(re.findall(r"[(,] ?(\w+): ", signature), arguments, signature)
+        with self.assertRaises(TypeError) as refused:
+            fringetwin.load_captures(self.dir, self.dir)
+        self.assertNotIn("::", str(refused.exception))
+        self.assertIn("twin: fringetwin._core.Twin, folder: os.PathLike", str(refused.exception))
+        with self.assertRaisesRegex(fringetwin.UserError, "square"):
+            self.twin.render(samples=3, sampler="gauss")  # as Twin.render's documentation says
+        self.assertIn("`samples` per pixel (a square number", fringetwin.Twin.render.__doc__)
 
     def test_stubs_cover_every_public_name(self):
         from fringetwin import _core
@@ -408,18 +451,4 @@ class Python(unittest.TestCase):
                     self.assertIn("within pixels", done.stdout)
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    for name in ("program", "package", "source"):
-        parser.add_argument("--" + name, required=True, type=os.path.abspath)
-    arguments, rest = parser.parse_known_args()
-    OPTIONS.update(vars(arguments))
-    sys.path.insert(0, OPTIONS["package"])
-    globals()["fringetwin"] = __import__("fringetwin")
-    if "no Vulkan device" in program("info").stdout and not os.environ.get("FRINGETWIN_REQUIRE_DEVICE"):
-        print("skipped: the program finds no Vulkan device")
-        sys.exit(77)
-    unittest.main(argv=[sys.argv[0], *rest])
-
-
-main()
+run_tests()
