@@ -285,6 +285,9 @@ int run_calibrate(CalibrateCommand o, const Invocation& invocation) {
         c.devices[d].name, c.devices[d].intrinsics[0], c.devices[d].intrinsics[1], c.devices[d].intrinsics[2],
         c.devices[d].intrinsics[3], c.devices[d].fit.rms_px, findings.devices[d].centre_sigma_px,
         findings.devices[d].distance_mm);
+  for (const calib::PairFindings& p : findings.pairs)
+    fmt::print("{} and {}: {:.3f} +- {:.2g} mm apart\n", c.devices[p.first].name, c.devices[p.second].name,
+               p.baseline_mm, p.baseline_sigma_mm);
   return static_cast<int>(ExitCode::ok);
 }
 

@@ -131,6 +131,7 @@ CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
     set.cameras.back().gray_code_exposure = parse_exposure(o.gray_code_exposure);
   }
   const std::vector<std::string> orders = orders_of(twin, o.orders);
+  std::vector<bool> has_order(twin.cameras.size(), false);
   for (const std::string& text : o.maps) {
     const CameraArgument argument = parse_camera_argument(twin, "--map", text);
     CaptureCamera& camera = set.cameras[argument.camera];
@@ -143,6 +144,7 @@ CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
     for (const fs::path& file : numbered ? numbered_files(map) : globbed_files(map))
       camera.files.push_back(tidy_path(file));
     camera.pattern = map.option;
+    has_order[argument.camera] = !map.order.empty();
     set.provenance["source " + camera.name] = argument.value;
     if (!map.order.empty()) set.provenance["order " + camera.name] = map.order_text;
   }
@@ -155,6 +157,12 @@ CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
   };
   add_reference("--white", o.white, &CaptureCamera::white);
   add_reference("--black", o.black, &CaptureCamera::black);
+  // a glob finds the reference images, too; an order counts what it finds
+  for (std::size_t c = 0; c < set.cameras.size(); ++c)
+    if (!has_order[c])
+      std::erase_if(set.cameras[c].files, [&camera = set.cameras[c]](const fs::path& file) {
+        return file == camera.white || file == camera.black;
+      });
   for (const CaptureCamera& camera : set.cameras)
     if (camera.files.empty())
       throw UserError(ExitCode::usage, "import captures",

@@ -71,9 +71,10 @@ std::vector<Eigen::Vector3d> points_of_boards(const Calibration& c) {
 }
 
 PairFindings about_pair(const Calibration& c, const Uncertainty& u, int first, int second) {
-  PairFindings out{first, second, 0.0, std::nan("")};
+  PairFindings out{.first = first, .second = second, .shape_sigma_mm = std::nan("")};
   const auto pose = [&](int d) { return c.devices[d].T_device_ref; };
   out.baseline_mm = (pose(first) * pose(second).inverse()).translation_mm.norm();
+  out.baseline_sigma_mm = u.baseline_sigma_mm(first, second);
   std::vector<Eigen::Vector3d> points;
   for (const auto& p : points_of_boards(c))
     if (c.lens(first).project(pose(first) * p) && c.lens(second).project(pose(second) * p))

@@ -27,7 +27,7 @@ struct DeviceFindings {
 /// Holds how well two devices measure together.
 struct PairFindings {
   int first = 0, second = 0;
-  double baseline_mm = 0.0;
+  double baseline_mm = 0.0, baseline_sigma_mm = 0.0;
   /// Calibration's contribution to the shape of what is measured where the boards were: rms over points,
   /// after the best rigid motion.
   double shape_sigma_mm = 0.0;

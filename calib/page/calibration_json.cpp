@@ -100,6 +100,7 @@ std::string calibration_json(const Calibration& c, const CalibrateOptions& optio
   for (const PairFindings& p : findings.pairs)
     out["pairs"].push_back({{"devices", {c.devices[p.first].name, c.devices[p.second].name}},
                             {"baseline_mm", json_number(p.baseline_mm)},
+                            {"baseline_sigma_mm", json_number(p.baseline_sigma_mm)},
                             {"shape_sigma_mm", json_number(p.shape_sigma_mm)}});
   out["cross_validation"] = cross_validation_json(findings.cross_validation, c);
   out["boards"] = Json::array();

@@ -280,7 +280,8 @@ std::string pair_table(const Calibration& c, const Findings& findings) {
   report::Table t;
   t.columns = {text_column("measuring with"), {"baseline", "mm"}, {"shape known to", "µm rms"}};
   for (const PairFindings& p : findings.pairs)
-    t.add_row({c.devices[p.first].name + " and " + c.devices[p.second].name, report::fixed(p.baseline_mm, 3),
+    t.add_row({c.devices[p.first].name + " and " + c.devices[p.second].name,
+               fmt::format("{:.3f} ± {:.2g}", p.baseline_mm, p.baseline_sigma_mm),
                report::number(1000.0 * p.shape_sigma_mm, 2)});
   return t.html() +
          "<p>Shape: the calibration's part of the error of points where the boards were, after the best "

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "calib/photometry/exposure_linearity.hpp"
 #include "measure/decode/decode_input.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
@@ -123,43 +124,6 @@ void measure_transfer(const Twin& twin, const CameraFrames& frames, double satur
     warnings.push_back(std::string("no photon transfer: ") + e.what());
     out.noise_from.clear();
   }
-}
-
-std::optional<ExposureLinearity> exposure_linearity(const CameraFrames& frames) {
-  ExposureLinearity l;
-  for (const StillSeries& series : frames.series) {
-    if (!series.exposure_ms) continue;
-    double mean = 0.0;
-    for (const ImageF& image : series.images)
-      mean += mean_of(image) / static_cast<double>(series.images.size());
-    l.exposure_ms.push_back(*series.exposure_ms);
-    l.level_dn.push_back(mean);
-  }
-  const std::size_t n = l.exposure_ms.size();
-  if (n < 3) return std::nullopt;
-  // Weights 1/level^2, as EMVA 1288 does: relative residuals count.
-  double s = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double w = 1.0 / std::pow(std::max(1.0, l.level_dn[i]), 2), x = l.exposure_ms[i], y = l.level_dn[i];
-    s += w, sx += w * x, sy += w * y, sxx += w * x * x, sxy += w * x * y;
-  }
-  const double determinant = s * sxx - sx * sx;
-  if (!(determinant > 1e-12 * s * sxx)) return std::nullopt;
-  l.slope_dn_per_ms.value = (s * sxy - sx * sy) / determinant;
-  l.offset_dn.value = (sxx * sy - sx * sxy) / determinant;
-  double chi2 = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double line = l.offset_dn.value + l.slope_dn_per_ms.value * l.exposure_ms[i];
-    const double off = l.level_dn[i] - line;
-    chi2 += std::pow(off / std::max(1.0, l.level_dn[i]), 2);
-    l.residual_percent.push_back(100.0 * off / line);
-    if (std::abs(l.residual_percent.back()) > std::abs(l.worst_percent))
-      l.worst_percent = l.residual_percent.back();
-  }
-  const double variance = n > 2 ? chi2 / static_cast<double>(n - 2) : 0.0;
-  l.slope_dn_per_ms.sigma = std::sqrt(variance * s / determinant);
-  l.offset_dn.sigma = std::sqrt(variance * sxx / determinant);
-  return l;
 }
 
 /// Fits the camera's response to the series with an exposure; a warning where their curve is none.
@@ -417,7 +381,7 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     camera.black_known =
         !frames[c].dark.empty() || camera.sensor.black_level_is_stated || camera.sensor.black_level_dn > 0.0;
     measure_transfer(twin, frames[c], saturation, camera, out.warnings);
-    camera.linearity = exposure_linearity(frames[c]);
+    camera.linearity = exposure_linearity(frames[c].series, saturation, camera.camera, out.warnings);
     measure_response(frames[c], saturation, camera, out.warnings);
     measure_flat(frames[c], saturation, twin.cameras[c].channel, camera);
     measure_maps(frames[c], saturation, camera, out.warnings);

@@ -187,5 +187,37 @@ TEST(PhotonTransfer, SeriesTellGainAndABentSensor) {
   EXPECT_TRUE(c.directions.empty());
 }
 
+// A sensor without fault under light that falls off: at long exposures the middle is saturated, later nearly
+// all is.
+TEST(PhotonTransfer, SaturatedPixelsDoNotBendTheLine) {
+  const TrueSensor s;
+  std::mt19937_64 random(12);
+  CameraFrames frames;
+  for (const double ms : {2.0, 5.0, 10.0, 20.0, 30.0, 80.0}) {
+    StillSeries series{"", {}, ms};
+    for (int k = 0; k < 2; ++k) {
+      ImageF image(kDrawnWidth, kDrawnHeight);
+      for (int y = 0; y < kDrawnHeight; ++y)
+        for (int x = 0; x < kDrawnWidth; ++x)
+          image(x, y) = expose(ms * (11.0 - 5.0 * std::abs(2.0 * x / kDrawnWidth - 1.0)), s, random);
+      series.images.push_back(std::move(image));
+    }
+    frames.series.push_back(std::move(series));
+  }
+  const Photometry photometry = analyse_photometry(photometry_twin(TrueFringes{}, s), {frames});
+  const CameraPhotometry& c = photometry.cameras[0];
+  ASSERT_TRUE(c.linearity);
+  EXPECT_EQ(c.linearity->exposure_ms, (std::vector<double>{2, 5, 10, 20, 30}));
+  // each level is the mean of thousands of pixels: 1e-3; pixels near the bound are in by their noise: 1e-3
+  EXPECT_LT(std::abs(c.linearity->worst_percent), 0.2);
+  EXPECT_NEAR(c.linearity->offset_dn.value, s.black_dn, 0.1);
+  const auto warned = [&](const std::string& text) {
+    return std::ranges::any_of(photometry.warnings,
+                               [&](const std::string& w) { return w.find(text) != w.npos; });
+  };
+  EXPECT_TRUE(warned("at 80 ms are saturated: it takes no part"));
+  EXPECT_TRUE(warned("at 30 ms are saturated: level against exposure is told by"));
+}
+
 }  // namespace
 }  // namespace fringetwin::calib::photon_transfer_test

@@ -11,8 +11,10 @@
 // | share of the noise  | 1, 0 ± 0.1        | 2000 corners in each device            |
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "calib/solve/calibrate.hpp"
 #include "calib/solve/uncertainty.hpp"
@@ -39,6 +41,8 @@ TEST(Scatter, FortyDrawsScatterAsPredicted) {
   CalibrateOptions options;
   options.regularize = false;
   Rms fx[3], fx_sigma[3], translation[2], translation_sigma[2], shape[2], shape_sigma[2];
+  constexpr std::array<std::pair<int, int>, 3> kPairs{{{0, 1}, {0, 2}, {1, 2}}};
+  Rms baseline[3], baseline_sigma[3];
   constexpr int kDraws = 40;
   for (int draw = 0; draw < kDraws; ++draw) {
     const Calibration c = calibrate(draw_observations(rig, random), options);
@@ -47,6 +51,15 @@ TEST(Scatter, FortyDrawsScatterAsPredicted) {
       fx[d].add(c.devices[static_cast<std::size_t>(d)].intrinsics[0] -
                 rig.lenses[static_cast<std::size_t>(d)].intrinsics()[0]);
       fx_sigma[d].add(std::sqrt(uncertainty.intrinsics(d)(0, 0)));
+    }
+    for (std::size_t p = 0; p < kPairs.size(); ++p) {
+      const auto [a, b] = kPairs[p];
+      const auto length_mm = [&, a = a, b = b](const auto& pose) {
+        return (pose(a) * pose(b).inverse()).translation_mm.norm();
+      };
+      baseline[p].add(length_mm([&](int d) { return c.devices[static_cast<std::size_t>(d)].T_device_ref; }) -
+                      length_mm([&](int d) { return rig.T_device_ref[static_cast<std::size_t>(d)]; }));
+      baseline_sigma[p].add(uncertainty.baseline_sigma_mm(a, b));
     }
     for (int d = 1; d < 3; ++d) {
       const auto k = static_cast<std::size_t>(d);
@@ -64,6 +77,11 @@ TEST(Scatter, FortyDrawsScatterAsPredicted) {
                 fx_sigma[d].value());
     EXPECT_LE(fx[d].value(), 0.30);
     EXPECT_NEAR(fx[d].value() / fx_sigma[d].value(), 1.0, kThreeErrors);
+  }
+  for (std::size_t p = 0; p < kPairs.size(); ++p) {
+    std::printf("baseline %zu: scatter %.4f mm, predicted %.4f\n", p, baseline[p].value(),
+                baseline_sigma[p].value());
+    EXPECT_NEAR(baseline[p].value() / baseline_sigma[p].value(), 1.0, kThreeErrors) << p;
   }
   for (int k = 0; k < 2; ++k) {
     std::printf("t of device %d: scatter %.4f mm, predicted %.4f; shape %.5f mm, predicted %.5f\n", k + 1,

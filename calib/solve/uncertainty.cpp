@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calib/solve/shared_noise.hpp"
 #include "twin/base/errors.hpp"
@@ -211,6 +212,29 @@ Eigen::Matrix<double, 6, 6> Uncertainty::extrinsics(int device) const {
   g.middleCols<6>(linear_.extrinsics_at[device - 1]).setIdentity();
   g.bottomRows<3>() /= kMetresPerMm;
   return covariance(g);
+}
+
+double Uncertainty::baseline_sigma_mm(int first, int second) const {
+  Eigen::MatrixXd g = Eigen::MatrixXd::Zero(1, linear_.Jt.rows());
+  const auto center_m = [this](int device) {
+    return Eigen::Vector3d(kMetresPerMm * T_device_ref(problem_, device).inverse().translation_mm);
+  };
+  const Eigen::Vector3d along = (center_m(first) - center_m(second)).normalized();
+  for (const auto& [device, sign] : {std::pair{first, 1.0}, std::pair{second, -1.0}}) {
+    if (device == 0) continue;  // the reference
+    const RotTrans rt = rt_from_pose(T_device_ref(problem_, device));
+    constexpr double kStep = 1e-6;  // rad, m: central differences are exact to 1e-12 of the values
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const auto moved_m = [&](double step) {
+        RotTrans near = rt;
+        near[k] += k < 3 ? step : step / kMetresPerMm;
+        return Eigen::Vector3d(kMetresPerMm * pose_from_rt(near).inverse().translation_mm);
+      };
+      g(0, linear_.extrinsics_at[device - 1] + k) +=
+          sign * along.dot(moved_m(kStep) - moved_m(-kStep)) / (2.0 * kStep);
+    }
+  }
+  return std::sqrt(covariance(g / kMetresPerMm)(0, 0));
 }
 
 Eigen::Matrix2d Uncertainty::warp() const {

@@ -43,6 +43,8 @@ class Uncertainty {
   Eigen::MatrixXd intrinsics(int device) const;
   /// Covariance of rt_device_ref (rad, mm) of a device other than the first.
   Eigen::Matrix<double, 6, 6> extrinsics(int device) const;
+  /// Standard deviation (mm) of the distance between the centres of two devices.
+  double baseline_sigma_mm(int first, int second) const;
   /// Covariance (mm^2) of the board's warp; zero where it was not solved.
   Eigen::Matrix2d warp() const;
   /// Joint covariance of the rig: per device its solved lens parameters and, but for the first, its
