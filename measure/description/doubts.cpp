@@ -143,39 +143,26 @@ struct Answer {
   ReadingScore score;
 };
 
-/// Other readings after a look at one tile, which tells most of them apart at a ninth of the cost.
-struct Screened {
-  std::vector<Reading> answers;    ///< that answer there, the best ones first
-  std::optional<Reading> nearest;  ///< the best of all
+/// The other readings, tried on all tiles.
+struct Tried {
+  std::optional<Answer> best;     ///< of those that answer
+  std::optional<Answer> nearest;  ///< the best of all
 };
 
-/// Looks at the tile where the described reading does worst.
-Screened screened(const std::vector<Sample>& tiles, const Fringes& fringes, bool single_images,
-                  const DecodeOptions& options) {
-  constexpr std::size_t kMost = 6;
-  const Reading as_described = described_reading(fringes);
-  const Sample* worst = nullptr;
-  ReadingScore described;
-  for (const Sample& tile : tiles) {
-    const ReadingScore score = tile.score(as_described, options);
-    if (score.n > 0 && (!worst || score.good < described.good)) worst = &tile, described = score;
-  }
-  std::vector<Answer> answers_there;
-  Screened out;
-  double most_good = 0.0;
+Tried try_other_readings(const Sample& sample, const Fringes& fringes, const ReadingScore& described,
+                         const DecodeOptions& options) {
+  constexpr double kSame = 1e-3;  // the first of those that are equally good is named
+  const bool single_images = jumps_or_few(described) || described.residual > kResidual;
+  Tried out;
   for (Reading& reading : other_readings(fringes)) {
     if (reading.single_images && !single_images) continue;
-    const ReadingScore score = worst->score(reading, options);
-    if (!reading.shifts_only && score.good > most_good) {
-      most_good = score.good;
-      out.nearest = reading;
-    }
-    if (answers(described, reading, score)) answers_there.push_back({std::move(reading), score});
+    const ReadingScore score = sample.score(reading, options);
+    if (!reading.shifts_only &&
+        score.good > (out.nearest ? out.nearest->score.good + kSame : described.good + kLeastGain))
+      out.nearest = Answer{reading, score};
+    if (answers(described, reading, score) && (!out.best || score.good > out.best->score.good + kSame))
+      out.best = Answer{std::move(reading), score};
   }
-  std::ranges::stable_sort(answers_there,
-                           [](const Answer& a, const Answer& b) { return a.score.good > b.score.good; });
-  for (Answer& answer : answers_there)
-    if (out.answers.size() < kMost) out.answers.push_back(std::move(answer.reading));
   return out;
 }
 
@@ -207,29 +194,16 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
   if (described.n < kFewestPixels) return out;  // single pixels that noise lifts over the bound
   if (!contradicted(described) && !only_moved(described)) return out;
 
-  std::vector<Sample> each;
-  for (std::size_t k = 0; k < tiles.size(); ++k)
-    each.emplace_back(tiles.only(k), images, expected, all_steps.min_modulation_dn);
-  const bool single_images = jumps_or_few(described) || described.residual > kResidual;
-  std::optional<Answer> best;
-  Screened found = screened(each, fringes, single_images, all_steps);
-  for (Reading& reading : found.answers) {
-    const ReadingScore score = sample.score(reading, all_steps);
-    if (answers(described, reading, score) && (!best || score.good > best->score.good + 1e-3))
-      best = Answer{std::move(reading), score};
-  }
+  const Tried tried = try_other_readings(sample, fringes, described, all_steps);
+  const std::optional<Answer>& best = tried.best;
   const auto tell = [&](const std::string& sentence, bool shows_other_fringes, DoubtKind kind) {
     out.push_back({fmt::format("camera \"{}\": {}", images.camera, sentence), shows_other_fringes, kind});
   };
   const ImageU8 reached = reached_pixels(images, all_steps.min_modulation_dn);
   const Counts everywhere = count(decoded, reached);
   const std::string wrong = what_is_wrong(described, everywhere);
-  const auto nearest_text = [&](const std::optional<Reading>& nearest) -> std::string {
-    if (!nearest) return "";
-    const ReadingScore score = sample.score(*nearest, all_steps);
-    if (!(score.good > described.good + kLeastGain)) return "";
-    return fmt::format(" (the best, {})",
-                       what_would_be(described, *nearest, score, images, all_steps, reached));
+  const auto would_be = [&](const Answer& a) {
+    return what_would_be(described, a.reading, a.score, images, all_steps, reached);
   };
   for (const auto& [earlier, later] : repeated)
     tell(fmt::format("image {} repeats image {}, so that one pattern of the sequence is missing", later,
@@ -237,11 +211,11 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
          true, DoubtKind::repeated_image);
   if (best)
     tell(fmt::format("the images {} not as described: {}; {}", best->reading.shifts_only ? "may be" : "are",
-                     wrong, what_would_be(described, best->reading, best->score, images, all_steps, reached)),
+                     wrong, would_be(*best)),
          !best->reading.shifts_only, kind_of(fringes, described, best->reading));
   else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
     tell(fmt::format("{}; no other reading of [fringes] that was tried takes most of this away{}", wrong,
-                     nearest_text(found.nearest)),
+                     tried.nearest ? " (the best, " + would_be(*tried.nearest) + ")" : ""),
          false, kind_of(fringes, described, described_reading(fringes)));
   return out;
 }

@@ -234,7 +234,7 @@ TEST(Doubts, AHalfPeriodBitAmongPixelsThatNoReadingDecodes) {
   Fringes right = coded(4, true);
   right.directions[0].gray->offset_periods = -0.5;
   CameraImages images = support::project(right, s);
-  spoil(images, 0.05);
+  spoil(images, 0.02);
   Fringes as_bits = coded(4, false);
   EXPECT_THAT(told(images, as_bits, s, false).all(),
               HasSubstr("a complementary bit as the last of the code and offset_periods = -0.5 would leave"));
