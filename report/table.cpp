@@ -15,6 +15,10 @@ std::string words_of_head(const Column& column) {
   return column.header + (column.unit.empty() ? "" : " [" + column.unit + "]");
 }
 
+/// Says whether the cells below a head are verdicts, not names that others gave: a study may call a number
+/// "gain".
+bool verdicts(const Column& column) { return column.header == "verdict"; }
+
 /// Returns how a table is called before it is read out, caption and all: by its heads.
 std::string name_of(const Table& table) {
   std::string heads;
@@ -52,7 +56,8 @@ std::string Table::html() const {
   for (const Row& row : rows) {
     out += row.css_class.empty() ? "<tr>" : "<tr class=\"" + escape_html(row.css_class) + "\">";
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      const std::string link = i == 0 ? escape_html(row.link) : "", text = words_html(row.cells[i]);
+      const std::string link = i == 0 ? escape_html(row.link) : "",
+                        text = verdicts(columns[i]) ? words_html(row.cells[i]) : escape_html(row.cells[i]);
       out += std::string("<td class=\"") + align_class(columns[i].align) + "\"" +
              (cards && i > 0 ? " data-head=\"" + escape_html(words_of_head(columns[i])) + "\">" : ">") +
              (link.empty() ? text : "<a href=\"" + link + "\">" + text + "</a>") + "</td>";

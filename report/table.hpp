@@ -23,7 +23,8 @@ inline Column text_column(const std::string& header, const std::string& unit = "
 std::string table_box_html(const std::string& name, const std::string& table_html,
                            const std::string& css_class = "");
 
-/// Cells are text, escaped on output; words of the glossary in them and in heads say what they mean.
+/// Cells are text, escaped on output; words of the glossary in heads, and below "verdict", say what they
+/// mean.
 struct Table {
   struct Row {
     std::vector<std::string> cells;

@@ -290,7 +290,7 @@ def main():
 
                 def shot(name, pdf=None):
                     if given.shots:
-                        file = given.shots / f"{page.stem}_{name}.{'pdf' if pdf else 'png'}"
+                        file = given.shots / f"{page.parent.name}_{page.stem}_{name}.{'pdf' if pdf else 'png'}"
                         file.write_bytes(pdf or base64.b64decode(b.call("GET", "/screenshot")))
 
                 all_seen.append(look_at(b, page, shot))
