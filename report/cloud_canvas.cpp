@@ -92,10 +92,11 @@ std::string cloud_canvas_html(const std::vector<Eigen::Vector3d>& p_world_mm, co
   if (drawn.empty()) return picture + color_bar_html(canvas.style);
   const Packed packed = pack(p_world_mm, value, drawn, canvas.style.limits);
   return fmt::format(
-      "<div class=\"cloud\" id=\"{}\" data-step=\"{:.9g}\" data-view=\"{}\" data-palette=\"{}\" "
-      "data-levels=\"{}\" data-points=\"{}\"><div class=\"still\">{}</div><canvas width=\"720\" "
-      "height=\"540\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas><p class=\"hint\">Drag to turn, "
-      "wheel to zoom, double click to start again; {} of {} points.</p></div>{}",
+      "<div class=\"cloud\" id=\"{0}\" data-step=\"{1:.9g}\" data-view=\"{2}\" data-palette=\"{3}\" "
+      "data-levels=\"{4}\" data-points=\"{5}\"><div class=\"still\">{6}</div><canvas width=\"720\" "
+      "height=\"540\" tabindex=\"0\" role=\"img\" aria-label=\"{7}\" aria-describedby=\"{0}-keys\"></canvas>"
+      "<p class=\"hint\" id=\"{0}-keys\">Drag or arrow keys to turn, wheel or + and − to zoom, double click "
+      "or 0 to start again; {8} of {9} points.</p></div>{10}",
       safe_id(id), packed.step_mm, view_numbers(canvas.view), base64(palette_bytes(canvas.style)),
       base64(packed.levels), base64(packed.positions), picture, escape_html(canvas.label),
       count(drawn.size()), count(p_world_mm.size()), color_bar_html(canvas.style));

@@ -5,6 +5,7 @@
 #include "report/glossary/terms.hpp"
 #include "report/html_page.hpp"
 #include "report/table.hpp"
+#include "report/words.hpp"
 
 namespace fringetwin::report::glossary_test {
 namespace {
@@ -21,6 +22,32 @@ TEST(Glossary, AHeadSaysWhatItMeans) {
   EXPECT_THAT(html, HasSubstr("P99 of |d|</abbr><span class=\"unit\">DN</span>"));
   EXPECT_THAT(html, HasSubstr("class=\"l\">object</th>"));
   EXPECT_TRUE(meaning_of("object").empty());
+}
+
+std::string marked(const std::string& word) {
+  return "<abbr title=\"" + std::string(meaning_of(word)) + "\">" + word + "</abbr>";
+}
+
+TEST(Glossary, AVerdictSaysWhatItMeans) {
+  for (const std::string verdict : {"explained", "not explained", "budget too wide", "not compared"}) {
+    ASSERT_FALSE(meaning_of(verdict).empty()) << verdict;
+    Table table;
+    table.columns = {text_column("where"), {"verdict"}};
+    table.add_row({verdict, verdict});  // the first is a name, as far as a table knows
+    EXPECT_THAT(table.html(), HasSubstr("<td class=\"l\">" + verdict + "</td><td class=\"r\">" +
+                                        marked(verdict) + "</td>"));
+    const Page page{.title = "t", .subtitle = "s", .verdict = "phase, gray: " + verdict + "; no limits set"};
+    EXPECT_THAT(page.html(), HasSubstr("<div class=\"verdict none\">phase, gray: " + marked(verdict) +
+                                       "; no limits set</div>"));
+    EXPECT_THAT(page.html(), HasSubstr("<dt>" + verdict + "</dt>"));
+  }
+}
+
+TEST(Glossary, WordsInASentenceLinksAndCoordinatesStayAsTheyAre) {
+  EXPECT_EQ(words_html("it is explained by <noise>, x, z"), "it is explained by &lt;noise&gt;, x, z");
+  EXPECT_EQ(words_html("gain;rms ; z:"), marked("gain") + ";" + "rms ; z:");
+  EXPECT_EQ(words_html(""), "");
+  EXPECT_EQ(words_html("a: b,: ,"), "a: b,: ,");
 }
 
 TEST(Glossary, APageListsTheWordsThatItUses) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/html_page.hpp"
 
+#include <algorithm>
 #include <kainjow/mustache.hpp>
 
 #include "report/glossary/terms.hpp"
 #include "report/page_template.hpp"
 #include "report/text.hpp"
+#include "report/words.hpp"
 #include "twin/base/safe_file.hpp"
 
 namespace fringetwin::report {
@@ -50,13 +52,23 @@ std::string glossary_html(const std::string& page_html) {
                             "</dl></details>";
 }
 
+std::string without_tags(std::string_view html) {
+  std::string out;
+  for (std::size_t begin = 0; begin < html.size();) {
+    const std::size_t tag = std::min(html.find('<', begin), html.size()), end = html.find('>', tag);
+    out += html.substr(begin, tag - begin);
+    begin = end == std::string_view::npos ? html.size() : end + 1;
+  }
+  return out;
+}
+
 /// Returns the text of the first element that begins with `tag`, whose own end is `end`; empty without one.
 std::string text_of_element(std::string_view html, std::string_view tag, std::string_view end) {
   const std::size_t begin = html.find(tag);
   if (begin == std::string_view::npos) return "";
   const std::size_t text = html.find('>', begin), after = html.find(end, begin);
   if (text == std::string_view::npos || after == std::string_view::npos || after < text) return "";
-  return unescape_html(html.substr(text + 1, after - text - 1));
+  return unescape_html(without_tags(html.substr(text + 1, after - text - 1)));
 }
 
 }  // namespace
@@ -93,7 +105,7 @@ std::string Page::html() const {
   data.set("title", title);
   set_if(data, "answer", answer);
   data.set("subtitle", subtitle);
-  set_if(data, "verdict", verdict);
+  set_if(data, "verdict", words_html(verdict));
   data.set("verdict_class", !verdict_class.empty()                   ? verdict_class
                             : verdict == "pass" || verdict == "fail" ? verdict
                                                                      : "none");
@@ -113,7 +125,7 @@ std::string Page::html() const {
   data.set("has_warnings",
            warnings.empty() ? mustache::data::type::bool_false : mustache::data::type::bool_true);
   data.set("warnings", texts);
-  std::string content = summary_html;
+  std::string content = words_html(verdict) + summary_html;
   for (const Section& section : sections) content += section.body_html;
   data.set("footer", footer_html + glossary_html(content));
   set_if(data, "script", script);

@@ -50,7 +50,7 @@ nav a { color: var(--accent); text-decoration: none; margin-right: 20px; white-s
 nav a:hover { text-decoration: underline; }
 .table { overflow-x: auto; margin: 12px 0 18px; }
 table { border-collapse: collapse; font-size: 14px; font-variant-numeric: tabular-nums; min-width: 50%; }
-caption { text-align: left; color: var(--soft); padding: 0 0 6px; font-size: 14px; }
+caption { text-align: left; color: var(--soft); padding: 0 0 6px; font-size: 14px; position: sticky; left: 0; }
 th, td { padding: 5px 14px 5px 0; border-bottom: 1px solid var(--line); vertical-align: baseline; }
 th { font-weight: 650; border-bottom: 1.5px solid var(--ink); border-top: 1.5px solid var(--ink); vertical-align: bottom; }
 th:first-child, td:first-child { padding-left: 6px; } th:last-child, td:last-child { padding-right: 6px; }
@@ -67,9 +67,12 @@ figure { margin: 16px 0 26px; break-inside: avoid; }
 figcaption { color: var(--soft); font-size: 13px; margin-top: 6px; max-width: 110ch; }
 figcaption code { display: block; margin-top: 3px; }
 code { font: 12px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; color: var(--code); overflow-wrap: anywhere; }
+pre { font: 12px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
 code.command { color: var(--command); }
 figure svg { width: 100%; height: auto; display: block; background: var(--sheet); }
 abbr { text-decoration: underline dotted var(--soft); text-underline-offset: 3px; cursor: help; }
+.verdict abbr { text-decoration-color: currentColor; }
+:focus-visible { outline: 2px solid var(--accent); outline-offset: 1px; }
 .words dt { font-weight: 650; margin-top: 6px; } .words dd { margin: 0 0 0 18px; max-width: 80ch; }
 .maps { display: flex; flex-wrap: wrap; gap: 18px; }
 .map { flex: 1 1 320px; min-width: 0; max-width: 720px; }
@@ -101,7 +104,7 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
 @media (max-width: 560px) {
   .page { padding: 0 14px 40px; } header { padding-top: 20px; } h1 { font-size: 22px; overflow-wrap: anywhere; }
   .answer, .verdict { font-size: 15px; } .verdict { padding: 7px 12px; letter-spacing: .04em; }
-  .map, .slider, .wide { flex-basis: 100%; } td, th { padding-right: 10px; } td.share { min-width: 90px; }
+  caption { max-width: calc(100vw - 28px); } .map, .slider, .wide { flex-basis: 100%; } td, th { padding-right: 10px; } td.share { min-width: 90px; }
   nav a { margin-right: 14px; padding: 3px 0; }
   .cards thead, .cards td:empty { display: none; } .cards table { min-width: 100%; }
   .cards table, .cards caption, .cards tbody, .cards tr, .cards td { display: block; } .cards tr { padding: 8px 0; border-bottom: 1px solid var(--line); }
@@ -124,7 +127,7 @@ footer details { margin-top: 8px; } summary { cursor: pointer; }
 </head>
 <body>
 <div class="page">
-<header><h1>{{title}}</h1>{{#answer}}<p class="answer">{{answer}}</p>{{/answer}}{{#verdict}}<div class="verdict {{verdict_class}}">{{verdict}}</div>{{/verdict}}<p class="subtitle">{{subtitle}}</p></header>
+<header><h1>{{title}}</h1>{{#answer}}<p class="answer">{{answer}}</p>{{/answer}}{{#verdict}}<div class="verdict {{verdict_class}}">{{{verdict}}}</div>{{/verdict}}<p class="subtitle">{{subtitle}}</p></header>
 <nav aria-label="Contents">{{#sections}}<a href="#{{id}}">{{title}}</a>{{/sections}}<a href="#provenance">Provenance</a></nav>
 {{{summary}}}
 {{#note}}<div class="note"><p>{{note}}</p></div>

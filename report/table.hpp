@@ -18,7 +18,13 @@ inline Column text_column(const std::string& header, const std::string& unit = "
   return {header, unit, Align::left};
 }
 
-/// Cells are text, escaped on output.
+/// Returns a table's HTML in a box of its own, which scrolls sideways where the table is wider than the page,
+/// and to which the Tab key leads, so that arrow keys scroll it; `name` is text and read out there.
+std::string table_box_html(const std::string& name, const std::string& table_html,
+                           const std::string& css_class = "");
+
+/// Cells are text, escaped on output; words of the glossary in heads, and below "verdict", say what they
+/// mean.
 struct Table {
   struct Row {
     std::vector<std::string> cells;

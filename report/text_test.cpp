@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/text.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -129,6 +130,17 @@ TEST(Process, ACtrlCAsSoonAsItRunsEndsIt) {
     std::_Exit(2);
   };
   EXPECT_EXIT(interrupted(), ::testing::ExitedWithCode(0), "");
+}
+
+TEST(Table, IsReachedByKeyUnderItsName) {
+  Table table;
+  table.columns = {text_column("object"), {""}, {"rms", "DN"}};
+  EXPECT_THAT(table.html(), ::testing::StartsWith("<div class=\"table\" tabindex=\"0\" role=\"group\" "
+                                                  "aria-label=\"Table: object, rms\"><table>"));
+  table.caption = "a \"b\"";
+  table.cards = true;
+  EXPECT_THAT(table.html(), ::testing::StartsWith("<div class=\"table cards\" tabindex=\"0\" role=\"group\" "
+                                                  "aria-label=\"Table: object, rms\"><table><caption>"));
 }
 
 TEST(Table, CarriesUnitsAndEscapes) {

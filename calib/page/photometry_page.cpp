@@ -23,9 +23,17 @@ std::string pm(const Estimate& e) {
 
 std::string sensor_table(const Photometry& p) {
   report::Table t;
-  t.columns = {text_column("camera"),     {"gain", "DN/e-"},    {"", "e-/DN"},        {"read noise", "DN"},
-               {"read noise", "e-"},      {"black", "DN"},      {"saturation", "DN"}, text_column("from"),
-               {"off the line", "% rms"}, {"gain change", "%"}, {"corners"}};
+  t.columns = {text_column("camera"),
+               {"system gain", "DN/e-"},
+               {"its inverse", "e-/DN"},
+               {"read noise", "DN"},
+               {"read noise", "e-"},
+               {"black", "DN"},
+               {"saturation", "DN"},
+               text_column("from"),
+               {"off the line", "% rms"},
+               {"gain change", "%"},
+               {"corners"}};
   for (const CameraPhotometry& c : p.cameras) {
     const PhotonTransfer none, &x = c.transfer ? *c.transfer : none;
     const Estimate change{100.0 * x.slope_change.value, 100.0 * x.slope_change.sigma};

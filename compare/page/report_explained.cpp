@@ -13,6 +13,7 @@
 #include "report/map.hpp"
 #include "report/table.hpp"
 #include "report/text.hpp"
+#include "report/words.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -42,14 +43,14 @@ std::string bars_html(const ExplainedRow& row) {
         css, std::max(0.0, scale * variance));
   };
   std::string html = fmt::format(
-      "<div class=\"table budget\"><table><caption>{}, {}{}</caption><tr><th class=\"l\">part</th><th "
+      "<table><caption>{}, {}{}</caption><tr><th class=\"l\">part</th><th "
       "class=\"r\">standard uncertainty</th><th class=\"r\">of the expected variance</th><th></th></tr>",
       row.quantity, report::escape_html(row.region),
       row.worst.empty() ? "" : ": " + report::escape_html(row.worst));
   for (const BudgetLine& line : row.lines) html += bar(line.name, line.variance, "part");
   html += bar("expected in all", row.expected(), "whole");
   html += bar("observed", row.observed, row.explained() ? "whole" : "beyond");
-  return html + "</table></div>\n";
+  return report::table_box_html("uncertainty budget of " + row.quantity, html + "</table>", "budget");
 }
 
 /// Returns the sentences on the rows' states, where there are any.
@@ -57,8 +58,8 @@ std::string reasons_html(const std::vector<ExplainedRow>& rows) {
   std::string html;
   for (const ExplainedRow& row : rows)
     if (!row.why.empty())
-      html += fmt::format("<p>{} {}, {}: {}.</p>", row.quantity, report::escape_html(row.region), row.state,
-                          report::escape_html(row.why));
+      html += fmt::format("<p>{} {}, {}: {}.</p>", row.quantity, report::escape_html(row.region),
+                          report::word_html(row.state), report::escape_html(row.why));
   return html;
 }
 

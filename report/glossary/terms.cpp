@@ -23,6 +23,12 @@ constexpr Term kTerms[] = {
      "them"},
     {"explains alone", "share of what is not explained that this cause takes away by itself"},
     {"gain", "gray values per unit of simulated irradiance: the photoelectric gain coefficient"},
+    {"not compared",
+     "most of it, or a standard error of it, is missing on a side, so that nothing is said of it"},
+    {"not explained",
+     "the differences are larger than noise, rendering, calibration and refined places, which are known, "
+     "make "
+     "them"},
     {"P99 of |d|", "99 of 100 differences are smaller than this, whatever their sign"},
     {"R²", "share of the variance of the real gray values that the simulated ones predict"},
     {"rms", "root of the mean square"},

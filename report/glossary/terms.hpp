@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says what the words of the pages mean: at the heads of tables when pointed at, and in a list at a page's
-// end.
+// Says what the words of the pages mean: heads and cells of tables and the verdict say it when pointed at,
+// and a list at a page's end.
 #pragma once
 #include <span>
 #include <string_view>
@@ -13,7 +13,7 @@ struct Term {
 /// Returns the words that are written down, by rising alphabet; Greek letters stand where their names do.
 std::span<const Term> glossary();
 
-/// Returns the meaning of a word as tables head columns with it; empty where none is written down.
+/// Returns the meaning of a word as pages write it; empty where none is written down.
 std::string_view meaning_of(std::string_view word);
 
 }  // namespace fringetwin::report

@@ -254,9 +254,13 @@ std::string gnuplot_script(const Plot& as_given) {
 }
 
 Drawing drawing(const Plot& plot) {
+  const std::string name = !plot.title.empty()    ? plot.title
+                           : plot.y_label.empty() ? plot.x_label
+                           : plot.x_label.empty() ? plot.y_label
+                                                  : plot.y_label + " against " + plot.x_label;
   for (const Series& series : plot.series)
-    if (has_data(series)) return {plot.title, gnuplot_script(plot)};
-  return {plot.title, ""};
+    if (has_data(series)) return {name, gnuplot_script(plot)};
+  return {name, ""};
 }
 
 std::string drawing_svg(const Drawing& drawing, const std::string& id) {

@@ -12,7 +12,7 @@ namespace fringetwin::report {
 
 /// Holds the script that makes gnuplot draw one plot.
 struct Drawing {
-  std::string title;   ///< for messages
+  std::string title;   ///< for messages, and for readers who hear the page
   std::string script;  ///< empty where there are no data
 };
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""browser_check.py REPORT.html [SHOTS]: opens a report in headless Chromium as a reader would, moves what can be
-moved, prints it, and writes what was seen as JSON. Judges nothing. SHOTS: a folder for screenshots.
-Standard library only: WebDriver is JSON over HTTP."""
+"""browser_check.py [--shots FOLDER] PAGE.html ...: opens pages in one headless Chromium as a reader would, moves what
+can be moved by mouse and by key, prints them, and writes what was seen of each as a JSON list. Judges nothing.
+FOLDER: for screenshots. Standard library only: WebDriver is JSON over HTTP."""
+import argparse
 import base64
 import json
 import os
@@ -44,7 +45,21 @@ for (const e of document.body.querySelectorAll('*')) {
 }
 return {words: n, faint: faint, back: getComputedStyle(document.body).backgroundColor};"""
 SILENT = """return [...document.querySelectorAll('img'), ...document.querySelectorAll('figure svg')].filter((e) =>
-  !(e.getAttribute('alt') || e.getAttribute('aria-label'))).map((e) => e.outerHTML.slice(0, 80));"""
+  ['', 'plot', null].includes(e.getAttribute('alt') || e.getAttribute('aria-label'))).map((e) => e.outerHTML.slice(0, 80));"""
+
+# What scrolls sideways and cannot be reached by key, or says no name there.
+KEYLESS = """return [...document.body.querySelectorAll('*')].filter((e) => e.scrollWidth > e.clientWidth + 1 &&
+  ['auto', 'scroll'].includes(getComputedStyle(e).overflowX) &&
+  !(e.tabIndex === 0 && e.hasAttribute('tabindex') && e.getAttribute('role') && e.getAttribute('aria-label')))
+  .map((e) => e.outerHTML.slice(0, 80));"""
+# Captions of tables that reach beyond the page.
+CUT_CAPTIONS = """return [...document.querySelectorAll('caption')].filter((e) => {
+  const box = e.getBoundingClientRect(); return box.left < 0 || box.right > innerWidth; })
+  .map((e) => e.textContent.slice(0, 80));"""
+SLIDER = """const s = document.querySelector('.slider'); return {value: Number(s.querySelector('input').value),
+  clip: getComputedStyle(s.querySelector('.over')).clipPath};"""
+TAB, ENTER, LEFT, RIGHT, DOWN_KEY = "\ue004", "\ue007", "\ue012", "\ue014", "\ue015"
+MOST_TABS = 200
 
 
 class Browser:
@@ -93,6 +108,20 @@ class Browser:
         self.call("POST", "/actions", {"actions": [
             {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": actions}]})
 
+    def keys(self, *keys):
+        self.call("POST", "/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": [
+            {"type": kind, "value": key} for key in keys for kind in ("keyDown", "keyUp")]}]})
+
+    def tab_to(self, css):
+        """Presses Tab until the first element that fits has the keys; returns how it begins, or None: it never had."""
+        for _ in range(MOST_TABS):
+            self.keys(TAB)
+            at = self.script(f"const e = document.activeElement; return e === document.querySelector({json.dumps(css)}) "
+                             "? e.outerHTML.slice(0, 60) : null;")
+            if at is not None:
+                return at
+        return None
+
     def settled(self, text):
         """A script's answer two frames later: what was asked for is drawn."""
         return self.call("POST", "/execute/async", {"args": [], "script":
@@ -122,12 +151,10 @@ DOWN, UP = {"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button":
 
 
 def slider(b):
-    state = ("const s = document.querySelector('.slider'); return {value: Number(s.querySelector('input').value), "
-             "clip: getComputedStyle(s.querySelector('.over')).clipPath};")
-    before = b.settled(state)
+    before = b.settled(SLIDER)
     width = b.script("return document.querySelector('.slider input').getBoundingClientRect().width;")
     b.pointer(".slider input", [move(0, 0), DOWN, move(int(0.3 * width), 0), UP])
-    return {"before": before, "after": b.settled(state)}
+    return {"before": before, "after": b.settled(SLIDER)}
 
 
 def cloud(b, shot):
@@ -146,6 +173,48 @@ def cloud(b, shot):
     return seen
 
 
+def from_the_top(b):
+    """The next Tab leads to what can be reached first."""
+    b.script("const h = document.querySelector('h1'); h.tabIndex = -1; h.focus();")
+
+
+def keyboard(b):
+    """What keys alone reach and change of a report: the cloud, a slider, a list that opens."""
+    seen = {}
+    from_the_top(b)
+    seen["cloud_at"] = b.tab_to(".cloud canvas")
+    seen["cloud"] = {"first": b.settled(PICTURE)}
+    for name, key in {"right": RIGHT, "down": DOWN_KEY, "farther": "-", "again": "0"}.items():
+        b.keys(key)
+        seen["cloud"][name] = b.settled(PICTURE)
+    from_the_top(b)
+    seen["slider_at"] = b.tab_to(".slider input")
+    seen["slider"] = {"before": b.settled(SLIDER)}
+    b.keys(*[LEFT] * 10)
+    seen["slider"]["after"] = b.settled(SLIDER)
+    from_the_top(b)
+    seen["words_at"] = b.tab_to(".words summary")
+    b.keys(ENTER)
+    seen["words"] = b.settled("return document.querySelector('.words').open;")
+    return seen
+
+
+def scrolled_by_key(b):
+    """How far a key scrolls the first table that is wider than the page; None without one."""
+    wide = ("[...document.querySelectorAll('.table')].find((e) => e.scrollWidth > e.clientWidth + 1 && "
+            "e.getClientRects().length)")
+    if not b.script(f"const e = {wide}; if (e) e.id = 'wide'; return Boolean(e);"):
+        return None
+    from_the_top(b)
+    at = b.tab_to("#wide")
+    b.keys(*[RIGHT] * 3)
+    b.settled("")
+    until = time.monotonic() + 2
+    while (px := b.settled("return document.getElementById('wide').scrollLeft;")) == 0 and time.monotonic() < until:
+        time.sleep(0.05)  # it glides there
+    return {"at": at, "px": px}
+
+
 def requests(b):
     """Addresses of everything asked for since the last call; of data: only the kind."""
     messages = [json.loads(entry["message"])["message"] for entry in b.log("performance")]
@@ -162,59 +231,73 @@ def shot_from_the_top(b, shot, name):
     shot(name)
 
 
+def look_at(b, page, shot):
+    """What is seen of a page; a report's slider and cloud are moved."""
+    requests(b)  # of what was open before
+    b.call("POST", "/url", {"url": page.resolve().as_uri()})
+    seen = {"title": b.call("GET", "/title")}
+    shot("top")
+    seen["overflow_px"] = b.script("return document.documentElement.scrollWidth - innerWidth;")
+    comparison = b.script("return document.querySelector('.slider') !== null;")
+    seen["images"] = b.script("return document.querySelectorAll('svg').length;")
+    if comparison:
+        seen["slider"] = slider(b)
+        seen["cloud"] = cloud(b, shot)
+        seen["screen"] = visible(b)
+        seen["keyboard"] = keyboard(b)
+    seen["pictures_without_words"] = b.script(SILENT)
+    seen["light"] = b.script(FAINT)
+    b.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    seen["dark"] = b.script(FAINT)
+    shot_from_the_top(b, shot, "dark")
+    b.devtools("Emulation.setEmulatedMedia", features=[])
+    b.devtools("Emulation.setDeviceMetricsOverride", width=400, height=800, deviceScaleFactor=1, mobile=False)
+    seen["narrow_overflow_px"] = b.settled("return document.documentElement.scrollWidth - 400;")
+    seen["captions_cut"] = b.script(CUT_CAPTIONS)
+    seen["scrolled_without_keys"] = b.script(KEYLESS)
+    seen["scrolled_by_key"] = scrolled_by_key(b)
+    shot_from_the_top(b, shot, "narrow")
+    b.devtools("Emulation.clearDeviceMetricsOverride")
+    b.devtools("Emulation.setEmulatedMedia", media="print")
+    if comparison:
+        seen["print"] = visible(b)
+    b.devtools("Emulation.setEmulatedMedia", media="")
+    pdf = base64.b64decode(b.call("POST", "/print", {"background": True}))
+    shot("page", pdf)
+    seen["pdf"] = {"bytes": len(pdf), "pages": len(re.findall(rb"/Type\s*/Page\b", pdf))}
+    seen["console"] = [f"{e['level']} {e['message']}" for e in b.log("browser")]
+    b.devtools("Emulation.setScriptExecutionDisabled", value=True)
+    b.call("POST", "/refresh")
+    if comparison:
+        seen["no_script"] = visible(b)
+    b.devtools("Emulation.setScriptExecutionDisabled", value=False)
+    seen["requests"] = requests(b)
+    return seen
+
+
 def main():
-    page = pathlib.Path(sys.argv[1]).resolve().as_uri()
-    shots = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    start = time.monotonic()
-    seen = {}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--shots", type=pathlib.Path)
+    parser.add_argument("pages", nargs="+", type=pathlib.Path)
+    given = parser.parse_args()
+    all_seen = []
     with tempfile.TemporaryDirectory() as profile:
         b = Browser(profile)
-
-        def shot(name):
-            if shots:
-                (shots / f"{name}.png").write_bytes(base64.b64decode(b.call("GET", "/screenshot")))
-
         try:
             b.call("POST", "/url", {"url": "about:blank"})
-            requests(b)  # of the page that a browser starts with
-            b.call("POST", "/url", {"url": page})
-            seen["title"] = b.call("GET", "/title")
-            shot("top")
-            seen["overflow_px"] = b.script("return document.documentElement.scrollWidth - innerWidth;")
-            comparison = b.script("return document.querySelector('.slider') !== null;")
-            seen["images"] = b.script("return document.querySelectorAll('svg').length;")
-            if comparison:
-                seen["slider"] = slider(b)
-                seen["cloud"] = cloud(b, shot)
-                seen["screen"] = visible(b)
-            seen["pictures_without_words"] = b.script(SILENT)
-            seen["light"] = b.script(FAINT)
-            b.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
-            seen["dark"] = b.script(FAINT)
-            shot_from_the_top(b, shot, "dark")
-            b.devtools("Emulation.setEmulatedMedia", features=[])
-            b.devtools("Emulation.setDeviceMetricsOverride", width=400, height=800, deviceScaleFactor=1, mobile=False)
-            seen["narrow_overflow_px"] = b.settled("return document.documentElement.scrollWidth - 400;")
-            shot_from_the_top(b, shot, "narrow")
-            b.devtools("Emulation.clearDeviceMetricsOverride")
-            b.devtools("Emulation.setEmulatedMedia", media="print")
-            if comparison:
-                seen["print"] = visible(b)
-            b.devtools("Emulation.setEmulatedMedia", media="")
-            pdf = base64.b64decode(b.call("POST", "/print", {"background": True}))
-            if shots:
-                (shots / "page.pdf").write_bytes(pdf)
-            seen["pdf"] = {"bytes": len(pdf), "pages": len(re.findall(rb"/Type\s*/Page\b", pdf))}
-            seen["console"] = [f"{e['level']} {e['message']}" for e in b.log("browser")]
-            b.devtools("Emulation.setScriptExecutionDisabled", value=True)
-            b.call("POST", "/refresh")
-            if comparison:
-                seen["no_script"] = visible(b)
-            seen["requests"] = requests(b)
+            for page in given.pages:
+                start = time.monotonic()
+
+                def shot(name, pdf=None):
+                    if given.shots:
+                        file = given.shots / f"{page.parent.name}_{page.stem}_{name}.{'pdf' if pdf else 'png'}"
+                        file.write_bytes(pdf or base64.b64decode(b.call("GET", "/screenshot")))
+
+                all_seen.append(look_at(b, page, shot))
+                all_seen[-1]["seconds"] = time.monotonic() - start
         finally:
             b.close()
-    seen["seconds"] = time.monotonic() - start
-    json.dump(seen, sys.stdout, indent=1)
+    json.dump(all_seen, sys.stdout, indent=1)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comparison and study pages in a browser: what moves moves, they print, they load nothing.
+// Pages of each kind in a browser: what moves moves, by mouse and by key, they print, they load nothing.
 //
 // | check                  | limit | origin                                                        |
 // |------------------------|-------|---------------------------------------------------------------|
@@ -14,7 +14,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <random>
 
+#include "calib/board/corners_vnl.hpp"
+#include "tests/support/calib/calib_rig.hpp"
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 
@@ -36,33 +39,49 @@ bool have_program(const std::string& name) {
       GTEST_SKIP() << "SKIPPED: no " << program << " (packages.txt: chromium, chromium-driver)"; \
     }
 
-/// A report with both sides: the small rig against its own noisy images of another exposure.
-fs::path small_report() {
-  const fs::path dir = scratch_folder("browser");
-  const std::string sphere_fit = "[real]\ncaptures = \"real\"\n";
+/// Runs the program: what it makes is there.
+void expect_made(const std::vector<std::string>& args) {
+  const RunResult run = run_fringetwin(args);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
+/// A rig with noisy images of another exposure: DIR/twin.toml and DIR/real.
+fs::path small_rig(const std::string& name) {
+  const fs::path dir = scratch_folder(name);
   EXPECT_EQ(
       render_twin(small_twin({{"gain_dn = 20", "gain_dn = 17\nelectrons_per_dn = 40\nread_noise_dn = 0.5"}}),
                   dir / "rig")
           .exit_code,
       0);
   fs::rename(dir / "rig" / "out", dir / "real");
-  write_file(dir / "twin.toml", small_twin({}, sphere_fit));
-  const RunResult run =
-      run_fringetwin({"cosim", (dir / "twin.toml").string(), "--out", (dir / "report").string()});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
+  write_file(dir / "twin.toml",
+             small_twin({{"gain_dn = 20", "gain_dn = 20\nelectrons_per_dn = 40\nread_noise_dn = 0.5"}},
+                        "[real]\ncaptures = \"real\"\n"));
+  return dir;
+}
+
+/// A report with both sides.
+fs::path small_report() {
+  const fs::path dir = small_rig("browser");
+  expect_made({"cosim", (dir / "twin.toml").string(), "--out", (dir / "report").string()});
   return dir / "report" / "report.html";
 }
 
-/// What browser_check.py saw.
-json look_at(const fs::path& report) {
+/// What browser_check.py saw of each page, in their order.
+std::vector<json> look_at_all(const std::vector<fs::path>& pages) {
   const fs::path script = fs::path(std::getenv("FRINGETWIN_SOURCE")) / "tests" / "e2e" / "browser_check.py";
-  const fs::path seen = report.parent_path() / "seen.json";
-  const char* shots = std::getenv("FRINGETWIN_KEEP");  // a folder for screenshots
-  const std::string command = "timeout 100 python3 '" + script.string() + "' '" + report.string() + "' " +
-                              (shots ? "'" + std::string(shots) + "'" : "") + " >'" + seen.string() + "'";
-  EXPECT_EQ(std::system(command.c_str()), 0) << command;
-  return read_json(seen);
+  const fs::path seen = pages.at(0).parent_path() / "seen.json";
+  std::string command = "timeout 200 python3 '" + script.string() + "'";
+  if (const char* folder = std::getenv("FRINGETWIN_KEEP"))
+    command += " --shots '" + std::string(folder) + "'";
+  for (const fs::path& page : pages) command += " '" + page.string() + "'";
+  EXPECT_EQ(std::system((command + " >'" + seen.string() + "'").c_str()), 0) << command;
+  auto all = read_json(seen).get<std::vector<json>>();
+  EXPECT_EQ(all.size(), pages.size());
+  all.resize(pages.size());
+  return all;
 }
+json look_at(const fs::path& page) { return look_at_all({page}).at(0); }
 
 /// The share of a picture that clip-path leaves out on the left, in percent: "inset(0px 0px 0px 50%)".
 double cut_percent(const std::string& clip) {
@@ -70,16 +89,44 @@ double cut_percent(const std::string& clip) {
   return at == std::string::npos ? -1.0 : std::strtod(clip.c_str() + at, nullptr);
 }
 
-/// Everyone can read it: by day, at night, on a phone, and those who hear it.
+void expect_loads_nothing(const json& seen) {
+  const auto requests = seen["requests"].get<std::vector<std::string>>();
+  EXPECT_THAT(requests, ::testing::Contains(::testing::EndsWith(".html")));  // the log does see requests
+  for (const std::string& url : requests)
+    EXPECT_TRUE(url.starts_with("file://") || url.starts_with("data:")) << url;
+}
+
+/// Everyone can read it: by day, at night, on a phone, by key, and those who hear it. The console is clean.
 void expect_readable(const json& seen) {
+  EXPECT_EQ(seen["console"], json::array());
   EXPECT_EQ(seen["overflow_px"], 0);  // nothing to scroll sideways
   EXPECT_EQ(seen["narrow_overflow_px"], 0);
   EXPECT_EQ(seen["pictures_without_words"], json::array());
+  EXPECT_EQ(seen["captions_cut"], json::array());
+  EXPECT_EQ(seen["scrolled_without_keys"], json::array());
+  if (const json& scrolled = seen["scrolled_by_key"]; !scrolled.is_null()) {
+    EXPECT_TRUE(scrolled["at"].is_string()) << "no Tab leads to it";
+    EXPECT_GT(scrolled["px"].get<double>(), 0.0);
+  }
   for (const char* scheme : {"light", "dark"}) {
     EXPECT_GT(seen[scheme]["words"].get<int>(), 50);
     EXPECT_EQ(seen[scheme]["faint"], json::array()) << scheme;
   }
   EXPECT_NE(seen["light"]["back"], seen["dark"]["back"]);
+}
+
+/// Tab leads to the cloud, a slider and the words at the end; there keys do what the mouse does.
+void expect_moved_by_keys(const json& seen) {
+  for (const char* at : {"cloud_at", "slider_at", "words_at"}) EXPECT_TRUE(seen[at].is_string()) << at;
+  const json& cloud = seen["cloud"];
+  EXPECT_NE(cloud["right"]["hash"], cloud["first"]["hash"]);
+  EXPECT_NE(cloud["down"]["hash"], cloud["right"]["hash"]);
+  EXPECT_LT(cloud["farther"]["drawn"].get<double>(), 0.9 * cloud["down"]["drawn"].get<double>());
+  EXPECT_EQ(cloud["again"]["hash"], cloud["first"]["hash"]);
+  const json &before = seen["slider"]["before"], &after = seen["slider"]["after"];
+  EXPECT_EQ(after["value"].get<double>(), before["value"].get<double>() - 10.0);  // ten arrows, 1 % each
+  EXPECT_DOUBLE_EQ(cut_percent(after["clip"]), after["value"].get<double>());
+  EXPECT_EQ(seen["words"], true);  // opened by Enter
 }
 
 TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
@@ -90,7 +137,6 @@ TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
   SCOPED_TRACE(seen.dump(1));
   EXPECT_EQ(seen["title"], "small");
   expect_readable(seen);
-  EXPECT_EQ(seen["console"], json::array());
 
   const json& slider = seen["slider"];
   EXPECT_EQ(slider["before"]["value"], 50);
@@ -113,12 +159,9 @@ TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
 
   EXPECT_GT(seen["pdf"]["pages"].get<int>(), 1);
   EXPECT_GT(seen["pdf"]["bytes"].get<int>(), 100'000);
-
-  const auto requests = seen["requests"].get<std::vector<std::string>>();
-  EXPECT_THAT(requests,
-              ::testing::Contains(::testing::EndsWith("report.html")));  // the log does see requests
-  for (const std::string& url : requests)
-    EXPECT_TRUE(url.starts_with("file://") || url.starts_with("data:")) << url;
+  expect_loads_nothing(seen);
+  expect_moved_by_keys(seen["keyboard"]);
+  EXPECT_FALSE(seen["scrolled_by_key"].is_null());  // on a phone some table is wider than the page
 }
 
 TEST(Browser, TheIndexOfRuns) {
@@ -135,7 +178,6 @@ TEST(Browser, TheIndexOfRuns) {
   SCOPED_TRACE(seen.dump(1));
   EXPECT_EQ(seen["title"], "Runs of fringetwin");
   expect_readable(seen);
-  EXPECT_EQ(seen["console"], json::array());
 }
 
 /// A study of each kind on the small twin; `rows` of the page's drawings at least.
@@ -155,27 +197,40 @@ fs::path study_report(const std::string& name, const std::string& study) {
   return dir / "out" / "report.html";
 }
 
-/// Nothing loaded, nothing to scroll sideways, a clean console, a page that prints; returns what was seen.
-void expect_quiet_page(const fs::path& report, int drawings) {
-  const json seen = look_at(report);
-  SCOPED_TRACE(seen.dump(1));
-  EXPECT_EQ(seen["title"], "Study “a <b>”");
+int count_of(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+/// Everyone can read it, nothing is loaded, it prints on `least_sheets` at least, no drawing is missing that
+/// has data.
+void expect_quiet_page(const json& seen, const fs::path& page, int least_sheets = 1) {
+  SCOPED_TRACE(page.string() + seen.dump(1));
   expect_readable(seen);
-  EXPECT_EQ(seen["console"], json::array());
+  expect_loads_nothing(seen);
+  EXPECT_GE(seen["pdf"]["pages"].get<int>(), least_sheets);
+  const std::string html = read_file(page);
+  EXPECT_EQ(count_of(html, "class=\"missing"), count_of(html, "there are no data to draw"));
+}
+
+/// A study's page is quiet, and has so many drawings, which are files, too.
+void expect_study_page(const json& seen, const fs::path& report, int drawings) {
+  expect_quiet_page(seen, report, 2);
+  EXPECT_EQ(seen["title"], "Study “a <b>”");
   EXPECT_EQ(seen["images"], drawings);
-  EXPECT_GT(seen["pdf"]["pages"].get<int>(), 1);
-  for (const std::string& url : seen["requests"].get<std::vector<std::string>>())
-    EXPECT_TRUE(url.starts_with("file://") || url.starts_with("data:")) << url;
   const auto files = std::distance(fs::directory_iterator(report.parent_path() / "figures"), {});
   EXPECT_EQ(files, drawings);
-  EXPECT_THAT(read_file(report), ::testing::Not(::testing::HasSubstr("class=\"missing")));
+}
+void expect_study_page(const fs::path& report, int drawings) {
+  expect_study_page(look_at(report), report, drawings);
 }
 
 TEST(Browser, TheReportOfADesign) {
   FT_NEED_DEVICE();
   FT_NEED_BROWSER();
   // mean and sigma of two numbers against two parameters and their pair, and two of the time
-  expect_quiet_page(study_report("design", R"(noise_seeds = 3
+  expect_study_page(study_report("design", R"(noise_seeds = 3
 [[vary]]
 key = "camera.left.sensor.read_noise_dn"
 range = [0.5, 8]
@@ -196,8 +251,7 @@ name = "time_s"
 TEST(Browser, TheReportOfAMonteCarloStudy) {
   FT_NEED_DEVICE();
   FT_NEED_BROWSER();
-  // histogram, mean, sigma, tornado
-  expect_quiet_page(study_report("monte_carlo", R"(kind = "monte-carlo"
+  const fs::path report = study_report("monte_carlo", R"(kind = "monte-carlo"
 block_trials = 10
 least_blocks = 2
 most_trials = 40
@@ -207,15 +261,22 @@ key = "object.ball.center_mm[2]"
 sigma = 0.05
 [[record]]
 result = "fits.ball.measured.center_mm[2]"
-)"),
-                    4);
+)");
+  // as if it had been stopped just before it wrote its page
+  const fs::path dir = report.parent_path(), so_far = dir / "unfinished.html", kept = dir / "kept.html";
+  fs::rename(report, kept);
+  expect_made({"study", (dir.parent_path() / "STUDY.toml").string(), "--out", dir.string(), "--so-far"});
+  const std::vector<json> seen = look_at_all({kept, so_far});
+  expect_study_page(seen[0], kept, 4);  // histogram, mean, sigma, tornado
+  expect_quiet_page(seen[1], so_far);
+  EXPECT_EQ(seen[1]["images"], 3);  // the tornado is of a finished study
 }
 
 TEST(Browser, TheReportOfAVolumeMap) {
   FT_NEED_DEVICE();
   FT_NEED_BROWSER();
   // mean and sigma of six numbers in two slices, spacing
-  expect_quiet_page(study_report("volume_map", R"(kind = "volume-map"
+  expect_study_page(study_report("volume_map", R"(kind = "volume-map"
 object = "ball"
 center_mm = [0, 0, 270]
 size_mm = [20, 10, 20]
@@ -232,7 +293,7 @@ TEST(Browser, TheReportOfASearch) {
   FT_NEED_DEVICE();
   FT_NEED_BROWSER();
   // progress, time against uncertainty, two parameters
-  expect_quiet_page(study_report("optimise", R"(kind = "optimise"
+  expect_study_page(study_report("optimise", R"(kind = "optimise"
 evaluations = 12
 trials = 3
 [[choose]]
@@ -249,6 +310,93 @@ result = "images.left.saturated"
 max = 0.05
 )"),
                     4);
+}
+
+/// A sequence of one pitch, nothing measured: what is quick to render.
+const std::pair<std::string, std::string> kOnePitch{"pitches_px = [13, 14, 15]\nsteps = 4",
+                                                    "pitches_px = [30]\nsteps = 3\nunwrap = \"none\""},
+    kNoFit{"triangulate = \"projector\"\n[[measure.fit]]\nobject = \"ball\"\n", ""};
+
+fs::path effects_page(const std::string& command, const std::vector<std::string>& more) {
+  const fs::path dir = scratch_folder("browser_" + command);
+  write_file(dir / "twin.toml", small_twin({kOnePitch, kNoFit}));
+  std::vector<std::string> args{command, (dir / "twin.toml").string(), "--out", (dir / "out").string()};
+  args.insert(args.end(), more.begin(), more.end());
+  expect_made(args);
+  return dir / "out" / (command + ".html");
+}
+
+/// A tilted board that fills the image, of a sensor with shot noise.
+fs::path photometry_page() {
+  const fs::path dir = scratch_folder("browser_photometry");
+  const std::string board = small_twin(
+      {{"gain_dn = 20", "gain_dn = 20\nelectrons_per_dn = 30"},
+       {"pitches_px = [13, 14, 15]\nsteps = 4", "pitches_px = [120, 15]\nsteps = 8\nunwrap = \"none\""},
+       {"shape = \"sphere\"\ncenter_mm = [0, 0, 270]\nradius_mm = 19",
+        "shape = \"plane\"\npoint_mm = [0, 0, 270]\nnormal = [0.6, 0.5, -1]"},
+       kNoFit});
+  EXPECT_EQ(render_twin(board, dir).exit_code, 0);
+  expect_made({"photometry", (dir / "twin.toml").string(), "--captures", (dir / "out").string(), "--out",
+               (dir / "found").string()});
+  return dir / "found" / "photometry.html";
+}
+
+/// Two cameras and a projector before a few boards.
+fs::path calibration_page() {
+  const fs::path dir = scratch_folder("browser_calibrate");
+  std::mt19937_64 random(31);
+  const calib::Observations seen =
+      draw_observations(true_paper_rig(), random, {.n_boards = 6, .least_corners = 60});
+  std::vector<calib::ImageCorners> images;
+  for (const calib::View& view : seen.views)
+    images.push_back({seen.devices[static_cast<std::size_t>(view.device)].name + "-" +
+                          seen.frames[static_cast<std::size_t>(view.frame)] + ".png",
+                      view.corners, 0});
+  calib::write_corners_vnl(dir / "corners.vnl", images);
+  expect_made({"calibrate",
+               "--corners-cache",
+               (dir / "corners.vnl").string(),
+               "--lensmodel",
+               "LENSMODEL_OPENCV4",
+               "--focal",
+               "2000",
+               "--imagersize",
+               "1440x1080,1440x1080,1280x720",
+               "--object-spacing",
+               "0.012",
+               "--object-width-n",
+               "10",
+               "--object-height-n",
+               "8",
+               "--names",
+               "left,right,projector",
+               "--outdir",
+               (dir / "rig").string(),
+               "left-*",
+               "right-*",
+               "projector-*"});
+  return dir / "rig" / "calibration.html";
+}
+
+TEST(Browser, PagesOfAllOtherKinds) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  const fs::path dir = small_rig("browser_kinds");
+  const std::string twin = (dir / "twin.toml").string();
+  expect_made({"measure", twin, "--captures", (dir / "real").string(), "--out", (dir / "measured").string()});
+  expect_made({"cosim", twin, "--refine", "gain", "--hold-out", "4", "--out", (dir / "refined").string()});
+  const std::vector<fs::path> pages{dir / "measured" / "report.html",
+                                    dir / "refined" / "report.html",
+                                    effects_page("needs", {"--rounds", "1", "--windows", "2"}),
+                                    effects_page("pareto", {"--quick"}),
+                                    calibration_page(),
+                                    photometry_page()};
+  const std::vector<json> seen = look_at_all(pages);
+  for (std::size_t i = 0; i < pages.size(); ++i) expect_quiet_page(seen[i], pages[i], 2);
+  // the pages are what they are meant to be
+  const std::string refined = read_file(pages[1]);
+  for (const char* id : {"id=\"refined\"", "id=\"held_out\""}) EXPECT_THAT(refined, ::testing::HasSubstr(id));
+  expect_moved_by_keys(seen[1]["keyboard"]);
 }
 
 }  // namespace
