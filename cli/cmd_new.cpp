@@ -30,7 +30,7 @@ struct NewCommand {
   std::vector<std::string> from;  ///< models of calibrated cameras; empty: a rig that is still to be built
   std::string from_projector;
   double field_mm = 0.0;  ///< 0: half the distance
-  std::optional<double> distance_mm;
+  std::optional<double> distance_mm, ball_mm;
   NewRig rig;
 };
 
@@ -54,6 +54,7 @@ std::string text_of_new_rig(NewCommand& o) {
   o.rig.camera_px = size_of("--camera", o.camera);
   o.rig.projector_px = size_of("--projector", o.projector);
   o.rig.distance_mm = o.distance_mm.value_or(o.rig.distance_mm);
+  o.rig.ball_mm = o.ball_mm;
   o.rig.field_mm = o.field_mm > 0.0 ? o.field_mm : 0.5 * o.rig.distance_mm;
   return new_twin_toml(o.rig);
 }
@@ -81,6 +82,7 @@ std::string text_of_calibrated_rig(const NewCommand& o) {
   check_devices(read);
   CalibratedRig rig;
   rig.distance_mm = o.distance_mm;
+  rig.ball_mm = o.ball_mm;
   for (const calib::ImportedDevice& device : read.devices)
     rig.cameras.push_back({device, as_named_in(o.out, device.where)});
   if (read.has_projector) {
@@ -139,6 +141,10 @@ void add_new(CLI::App& app, Invocation& invocation) {
       ->type_name("MM")
       ->check(CLI::Range(1.0, 1e5))
       ->default_str("250; with --from: where the axes come nearest");
+  sub->add_option("--ball", o->ball_mm, "Diameter of the ball to try the rig on")
+      ->type_name("MM")
+      ->check(CLI::Range(0.1, 1e4))
+      ->default_str("half of the smaller side of what the camera sees");
   rough(sub->add_option("--baseline", o->rig.baseline_mm,
                         "From the camera to the projector, or from camera to camera where there are two")
             ->type_name("MM")

@@ -72,11 +72,11 @@ std::vector<std::string> summary_lines(const compare::Comparison& c) {
           fmt::format("{}: no gain fitted{}", gain.camera, gain.why.empty() ? "" : ": " + gain.why));
       continue;
     }
-    out.push_back(
-        fmt::format("{}: gain {:.4f} DN, black {:.2f} DN ({}), residual {} -> {:.2f} DN rms, R2 {:.3f}",
-                    gain.camera, gain.gain_dn, gain.black_level_dn, gain.state,
-                    std::isfinite(gain.rms_before_dn) ? fmt::format("{:.2f}", gain.rms_before_dn) : "-",
-                    gain.rms_after_dn, gain.r2));
+    out.push_back(fmt::format(
+        "{}: gain {:.4f} +- {:.1g} DN, black {:.2f} DN ({}), residual {} -> {:.2f} DN rms, R2 {:.3f}",
+        gain.camera, gain.gain_dn, gain.gain_sigma_dn, gain.black_level_dn, gain.state,
+        std::isfinite(gain.rms_before_dn) ? fmt::format("{:.2f}", gain.rms_before_dn) : "-",
+        gain.rms_after_dn, gain.r2));
   }
   for (std::string& line : light_lines(c.light)) out.push_back(std::move(line));
   for (std::string& sentence : compare::held_out_sentences(c.held_out)) out.push_back(std::move(sentence));

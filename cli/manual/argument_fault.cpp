@@ -36,15 +36,19 @@ const CLI::App* child_named(const CLI::App& app, const std::string& word) {
   return nullptr;
 }
 
-/// What begins as the word does is nearer than what resembles it: --output means --out.
+/// What begins as the word does is nearer than what resembles it: --output means --out. `begin`: what all
+/// begin with says nothing.
 std::string nearest_hint(const std::string& word, const std::vector<std::string>& known,
-                         const std::string& otherwise) {
+                         const std::string& otherwise, const std::string& begin = "") {
   for (const std::string& candidate : known)
     if (candidate.size() > 3 && (word.starts_with(candidate) || candidate.starts_with(word)) &&
         word.size() > 3)
       return "did you mean \"" + candidate + "\"?";
-  const std::string hint = did_you_mean(word, known);
-  return hint.empty() ? otherwise : hint;
+  std::vector<std::string> names;
+  for (const std::string& candidate : known)
+    if (candidate.starts_with(begin)) names.push_back(candidate.substr(begin.size()));
+  const std::string* close = nearest(word.substr(word.starts_with(begin) ? begin.size() : 0), names);
+  return close == nullptr ? otherwise : fmt::format("did you mean \"{}{}\"?", begin, *close);
 }
 
 UserError unknown_command(const CLI::App& app, const std::string& word) {
@@ -79,7 +83,7 @@ UserError unknown_option(const CLI::App& command, const std::string& name) {
     if (std::ranges::find(names, name) != names.end())
       return {ExitCode::usage, where, "is an option of commands", "it stands behind the command's name"};
   }
-  return {ExitCode::usage, where, "no such option", nearest_hint(name, names, help_hint(command))};
+  return {ExitCode::usage, where, "no such option", nearest_hint(name, names, help_hint(command), "--")};
 }
 
 /// How far the words of a command line make sense.

@@ -59,7 +59,7 @@ std::string calibrated_twin_toml(const CalibratedRig& rig) {
   const auto seen = [&](int size_px, double focal_px) { return size_px * distance / focal_px; };
   return text + ball_block(axis.stand_mm, axis.direction, distance,
                            seen(first.imagersize_px[0], first.intrinsics.at(0)),
-                           seen(first.imagersize_px[1], first.intrinsics.at(1)));
+                           seen(first.imagersize_px[1], first.intrinsics.at(1)), rig.ball_mm);
 }
 
 }  // namespace fringetwin::cli

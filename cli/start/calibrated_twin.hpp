@@ -19,6 +19,7 @@ struct CalibratedDevice {
 struct CalibratedRig {
   std::vector<CalibratedDevice> cameras;  ///< one or two
   std::optional<CalibratedDevice> projector;
+  std::optional<double> ball_mm;      ///< diameter; else half of the smaller side of the field
   std::optional<double> distance_mm;  ///< of the part from the first camera; else where the axes come nearest
 };
 

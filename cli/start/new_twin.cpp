@@ -47,7 +47,7 @@ std::string new_twin_toml(const NewRig& rig) {
                   place(two ? 0.5 * rig.baseline_mm : rig.baseline_mm, rig.distance_mm), intensity_lines());
   return text + fringes_block(rig.projector_px[0]) +
          ball_block(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), rig.distance_mm, rig.field_mm,
-                    height_mm);
+                    height_mm, rig.ball_mm);
 }
 
 }  // namespace fringetwin::cli

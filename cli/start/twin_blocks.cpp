@@ -45,11 +45,13 @@ std::string fringes_block(int projector_width_px) {
 }
 
 std::string ball_block(const Eigen::Vector3d& stand_mm, const Eigen::Vector3d& axis, double distance_mm,
-                       double field_mm, double field_height_mm) {
-  const double radius = std::round(std::min(field_mm, field_height_mm) / 4.0 * 10.0) / 10.0;
+                       double field_mm, double field_height_mm, std::optional<double> ball_mm) {
+  const double radius =
+      ball_mm ? 0.5 * *ball_mm : std::round(std::min(field_mm, field_height_mm) / 4.0 * 10.0) / 10.0;
   const Eigen::Vector3d center = stand_mm + (distance_mm + radius) * axis;
   return fmt::format(
-      "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter_mm = [{}, {}, {}]\nradius_mm = {}\n"
+      "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter_mm = [{}, {}, {}]   # its front is "
+      "at the distance, its middle a radius behind\nradius_mm = {}\n"
       "[object.material]\ndiffuse = {}\n\n[[measure.fit]]\nobject = \"ball\"\n",
       length_text(center.x()), length_text(center.y()), length_text(center.z()), radius, kDiffuse);
 }

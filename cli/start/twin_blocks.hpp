@@ -2,6 +2,7 @@
 // Writes the blocks that every twin.toml to start from has: sensor, light, fringes, a ball to measure.
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 
 namespace fringetwin::cli {
@@ -18,8 +19,9 @@ inline constexpr int kUsualWidth_px = 1280;  ///< of a projector that is not the
 std::string fringes_block(int projector_width_px);
 
 /// Returns a ball of paper and its fit. Its nearest point to a camera at `stand_mm` that looks along `axis`
-/// (of length 1) is at `distance_mm`, and it fills half of a field of this width and height.
+/// (of length 1) is at `distance_mm`. Its diameter is `ball_mm`; where none is given it fills half of a field
+/// of this width and height.
 std::string ball_block(const Eigen::Vector3d& stand_mm, const Eigen::Vector3d& axis, double distance_mm,
-                       double field_mm, double field_height_mm);
+                       double field_mm, double field_height_mm, std::optional<double> ball_mm);
 
 }  // namespace fringetwin::cli

@@ -13,6 +13,7 @@
 #include "compare/page/moved_parts.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "report/text.hpp"
+#include "twin/base/constants.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -212,6 +213,50 @@ std::string surface_step(const OtherSurfaceRow& row) {
          table;
 }
 
+double twins_gain_dn(const Twin& twin, const std::string& camera) {
+  const auto found = std::ranges::find(twin.cameras, camera, &Camera::name);
+  return found == twin.cameras.end() ? kNaN : found->sensor.gain_dn;
+}
+
+/// Returns whether most pixels of a row of coverage that only one side measures have too weak fringes on the
+/// other.
+bool has_weak_fringes_on_one_side(const Comparison& c, const std::string& camera) {
+  const auto weak = [](const OneSided& side) { return side.n > 0 && 2 * side.lost_low_modulation > side.n; };
+  return std::ranges::any_of(c.coverage, [&](const CoverageRow& row) {
+    return row.camera == camera && !row.explained && (weak(row.real_only) || weak(row.simulated_only));
+  });
+}
+
+/// Returns the gain of a camera whose real images are brighter or darker than the twin's, where nothing but
+/// coverage is wrong: of the weak fringes at outlines the bright side alone passes the threshold. Null where
+/// that is not so.
+const GainRow* brighter_side(const Comparison& c, const Twin& twin) {
+  constexpr double kOther = 0.02, kSigmas = 5.0;
+  for (const ExplainedRow& row : c.explained)
+    if (row.quantity != "coverage" && !row.explained()) return nullptr;
+  if (c.refinement && std::ranges::find(c.refinement->asked, "gain") != c.refinement->asked.end())
+    return nullptr;
+  for (const GainRow& row : c.gain) {
+    const double own_dn = twins_gain_dn(twin, row.camera), off_dn = std::abs(row.gain_dn - own_dn);
+    if (row.usable && off_dn > kOther * own_dn && off_dn > kSigmas * row.gain_sigma_dn &&
+        has_weak_fringes_on_one_side(c, row.camera))
+      return &row;
+  }
+  return nullptr;
+}
+
+NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& twin,
+                         const std::vector<std::string>& argv) {
+  const std::string value = refine_value(c, "gain");
+  return {
+      fmt::format(
+          "the images of camera {} are {:.3g} times as bright as the twin's, and fringes that are weak count "
+          "on the brighter side only: give the twin their gain (gain_dn = {:.5g}; projector, surface and "
+          "sensor show only as their product) and compare again",
+          row.camera, row.gain_dn / twins_gain_dn(twin, row.camera), row.gain_dn),
+      again(twin, argv, "--refine", value.empty() ? "gain" : value, "-refined")};
+}
+
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
   for (const std::string& together : c.causes.together) {
     if (const std::string value = refine_value(c, together); !value.empty())
@@ -223,6 +268,7 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
     }
   }
   if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
+  if (const GainRow* brighter = brighter_side(c, twin)) return brightness_step(*brighter, c, twin, argv);
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())
     return {

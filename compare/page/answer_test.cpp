@@ -202,6 +202,35 @@ TEST(Answer, WithoutACauseTheWarningsComeFirst) {
   EXPECT_EQ(next_step(c, {}, kCosim).text, "read the warnings: left: another order of the images");
 }
 
+// A projector that is brighter than the twin's: the gain takes that up, and weak fringes at outlines are
+// measured on one side only.
+TEST(Answer, OtherBrightnessIsToldWhereOnlyCoverageIsWrong) {
+  Twin twin;
+  twin.file = "my twin.toml";
+  const Lens lens("LENSMODEL_PINHOLE", {80, 80, 31.5, 23.5}, {64, 48}, "left");
+  twin.cameras.push_back({"left", lens, {}, {}, {}});
+  twin.cameras[0].sensor.gain_dn = 2.0;
+  Comparison c;
+  c.explained = {row_of("gray", kExplained), row_of("phase", kExplained), row_of("coverage", kNotExplained)};
+  c.warnings = {"of coverage"};
+  GainRow& gain = c.gain.emplace_back();
+  gain.camera = "left", gain.usable = true, gain.gain_dn = 2.4, gain.gain_sigma_dn = 1e-4;
+  CoverageRow& coverage = c.coverage.emplace_back();
+  coverage.camera = "left";
+  coverage.real_only.n = 900, coverage.real_only.lost_low_modulation = 870;
+  const NextStep next = next_step(c, twin, kCosim);
+  EXPECT_THAT(next.text, HasSubstr("camera left are 1.2 times as bright as the twin's"));
+  EXPECT_THAT(next.text, HasSubstr("gain_dn = 2.4"));
+  EXPECT_EQ(command(next), "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine gain");
+  c.gain[0].gain_dn = 2.02;  // a hundredth, which moves no pixel over the threshold
+  EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
+  c.gain[0].gain_dn = 2.4, c.coverage[0].real_only.lost_low_modulation = 40;  // most are in shadow, say
+  EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
+  c.coverage[0].real_only.lost_low_modulation = 870,
+  c.explained[1].state = kNotExplained;  // more is wrong than brightness
+  EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
+}
+
 TEST(Answer, AnAgreementIsTriedOnImagesThatAreHeldOut) {
   Comparison c;
   c.explained = {row_of("gray", kExplained)};

@@ -76,10 +76,15 @@ TEST(New, TheRigIsAsAskedFor) {
 TEST(New, AsksForNoFolder) {
   const fs::path here = folder("here");
   fs::create_directories(here);
-  const RunResult run = run_fringetwin({"new", "--camera", "5MP", "--distance", "250", "--baseline", "100"},
-                                       {"-C", here.string()});
+  const RunResult run =
+      run_fringetwin({"new", "--camera", "5MP", "--distance", "250", "--baseline", "100", "--ball", "30"},
+                     {"-C", here.string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(fs::exists(here / "rig" / "twin.toml")) << run.out;
+  ASSERT_TRUE(fs::exists(here / "rig" / "twin.toml")) << run.out;
+  const Twin twin = load_twin(here / "rig" / "twin.toml");
+  const auto& ball = std::get<SphereShape>(twin.objects[0].shape);
+  EXPECT_EQ(ball.radius_mm, 15.0);
+  EXPECT_EQ(ball.center_mm, Eigen::Vector3d(0, 0, 265)) << "its front is at the distance";
 }
 
 TEST(New, WhatIsThereIsNotOverwritten) {

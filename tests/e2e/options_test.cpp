@@ -190,6 +190,7 @@ TEST(CommandLine, NamesWhatWasMeant) {
            {{"render", "--out"}, "render: --out DIR has no value"},
            {{"render", "--out", "--seed", "5"}, "render: --out DIR has no value"},
            {{"new", "--from", "--out", "q"}, "new: --from FILE has no value"},
+           {{"new", "--sphere", "30"}, "new --sphere: no such option; `fringetwin help new` lists them"},
            {{"--ouput", "q"}, "fringetwin --ouput: no such option; did you mean \"--out\"?"},
            {{"--captures", "q", "measure"}, "--captures: is an option of commands; it stands behind"},
            {{"render", "a", "--samples", "many"}, "render --samples: \"many\" is no number"},
