@@ -22,7 +22,7 @@ compare::GainRow gain_of(const std::string& camera, const std::string& why) {
 TEST(Summary, SaysGainAndResidualOfEachCamera) {
   compare::GainRow left = gain_of("left", "is not said where a gain is fitted");
   left.usable = true, left.state = "biased";
-  left.gain_dn = 17.31, left.gain_sigma_dn = 0.25;
+  left.gain_dn = 17.31, left.gain_sigma_dn = 0.2;
   left.black_level_dn = 4.25, left.black_level_sigma_dn = 0.5;
   left.rms_before_dn = 9.75, left.rms_after_dn = 1.5, left.r2 = 0.987;
   compare::GainRow right = left;
@@ -32,9 +32,10 @@ TEST(Summary, SaysGainAndResidualOfEachCamera) {
   c.gain = {left, right, gain_of("top", "all values are clipped"), gain_of("low", "")};
   EXPECT_EQ(
       summary_lines(c),
-      (Lines{"left: gain 17.3100 DN, black 4.25 DN (biased), residual 9.75 -> 1.50 DN rms, R2 0.987",
-             "right: gain 17.3100 DN, black 4.25 DN (sensor value), residual - -> 1.50 DN rms, R2 0.987",
-             "top: no gain fitted: all values are clipped", "low: no gain fitted"}));
+      (Lines{
+          "left: gain 17.3100 +- 0.2 DN, black 4.25 DN (biased), residual 9.75 -> 1.50 DN rms, R2 0.987",
+          "right: gain 17.3100 +- 0.2 DN, black 4.25 DN (sensor value), residual - -> 1.50 DN rms, R2 0.987",
+          "top: no gain fitted: all values are clipped", "low: no gain fitted"}));
 }
 
 // Of the budget, the roots of the mean squares are said, and the share of the variance about the mean:
