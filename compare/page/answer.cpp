@@ -218,12 +218,14 @@ double twins_gain_dn(const Twin& twin, const std::string& camera) {
   return found == twin.cameras.end() ? kNaN : found->sensor.gain_dn;
 }
 
-/// Returns whether most pixels of a row of coverage that only one side measures have too weak fringes on the
-/// other.
-bool has_weak_fringes_on_one_side(const Comparison& c, const std::string& camera) {
-  const auto weak = [](const OneSided& side) { return side.n > 0 && 2 * side.lost_low_modulation > side.n; };
+/// Returns whether of a row of coverage most pixels that the brighter side alone measures have fringes on the
+/// other side, too weak ones or such that tell no order.
+bool has_weak_fringes_on_one_side(const Comparison& c, const std::string& camera, bool real_is_brighter) {
   return std::ranges::any_of(c.coverage, [&](const CoverageRow& row) {
-    return row.camera == camera && !row.explained && (weak(row.real_only) || weak(row.simulated_only));
+    const OneSided &brighter = real_is_brighter ? row.real_only : row.simulated_only,
+                   &other = real_is_brighter ? row.simulated_only : row.real_only;
+    return row.camera == camera && !row.explained && brighter.n > other.n &&
+           2 * (brighter.lost_low_modulation + brighter.lost_order) > brighter.n;
   });
 }
 
@@ -239,7 +241,7 @@ const GainRow* brighter_side(const Comparison& c, const Twin& twin) {
   for (const GainRow& row : c.gain) {
     const double own_dn = twins_gain_dn(twin, row.camera), off_dn = std::abs(row.gain_dn - own_dn);
     if (row.usable && off_dn > kOther * own_dn && off_dn > kSigmas * row.gain_sigma_dn &&
-        has_weak_fringes_on_one_side(c, row.camera))
+        has_weak_fringes_on_one_side(c, row.camera, row.gain_dn > own_dn))
       return &row;
   }
   return nullptr;
