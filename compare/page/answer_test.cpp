@@ -217,16 +217,20 @@ TEST(Answer, OtherBrightnessIsToldWhereOnlyCoverageIsWrong) {
   gain.camera = "left", gain.usable = true, gain.gain_dn = 2.4, gain.gain_sigma_dn = 1e-4;
   CoverageRow& coverage = c.coverage.emplace_back();
   coverage.camera = "left";
-  coverage.real_only.n = 900, coverage.real_only.lost_low_modulation = 870;
+  coverage.real_only.n = 900, coverage.real_only.lost_low_modulation = 70,
+  coverage.real_only.lost_order = 800;
   const NextStep next = next_step(c, twin, kCosim);
   EXPECT_THAT(next.text, HasSubstr("camera left are 1.2 times as bright as the twin's"));
   EXPECT_THAT(next.text, HasSubstr("gain_dn = 2.4"));
   EXPECT_EQ(command(next), "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine gain");
   c.gain[0].gain_dn = 2.02;  // a hundredth, which moves no pixel over the threshold
   EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
-  c.gain[0].gain_dn = 2.4, c.coverage[0].real_only.lost_low_modulation = 40;  // most are in shadow, say
+  c.gain[0].gain_dn = 2.4, c.coverage[0].real_only.lost_order = 40;  // most are in shadow, say
   EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
-  c.coverage[0].real_only.lost_low_modulation = 870,
+  c.coverage[0].real_only.lost_order = 800,
+  c.coverage[0].simulated_only.n = 1000;  // the darker side has more
+  EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
+  c.coverage[0].simulated_only.n = 0;
   c.explained[1].state = kNotExplained;  // more is wrong than brightness
   EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
 }
