@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "measure/decode/decode.hpp"
@@ -143,25 +144,71 @@ struct Answer {
   ReadingScore score;
 };
 
-/// The other readings, tried on all tiles.
+/// Returns the tiles that readings are tried on first, two at most: where the described one does worst, and,
+/// as that may be a place that no reading decodes, where it decodes most of the pixels among those that
+/// contradict it.
+std::vector<const Sample*> telling_tiles(const std::vector<Sample>& tiles, const Fringes& fringes,
+                                         const DecodeOptions& options) {
+  const Reading as_described = described_reading(fringes);
+  const Sample *worst = nullptr, *clearest = nullptr;
+  double least_good = 0.0, most_valid = 0.0;
+  for (const Sample& tile : tiles) {
+    const ReadingScore score = tile.score(as_described, options);
+    if (score.n == 0) continue;
+    if (!worst || score.good < least_good) worst = &tile, least_good = score.good;
+    if (contradicted(score) && (!clearest || score.valid > most_valid))
+      clearest = &tile, most_valid = score.valid;
+  }
+  std::vector<const Sample*> out;
+  if (worst) out.push_back(worst);
+  if (clearest && clearest != worst) out.push_back(clearest);
+  return out;
+}
+
+/// Returns the places in `readings` of those that answer in a tile, the best six, and of the one that does
+/// best there: one tile tells most of them apart at a ninth of the cost of all.
+std::set<std::size_t> screened(const Sample& tile, const std::vector<Reading>& readings,
+                               const Fringes& fringes, bool single_images, const DecodeOptions& options) {
+  constexpr std::size_t kMost = 6;
+  const ReadingScore described = tile.score(described_reading(fringes), options);
+  std::vector<std::pair<double, std::size_t>> answering;  // good, place
+  std::pair<double, std::size_t> best{described.good, readings.size()};
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    if (readings[k].single_images && !single_images) continue;
+    const ReadingScore score = tile.score(readings[k], options);
+    if (!readings[k].shifts_only && score.good > best.first) best = {score.good, k};
+    if (answers(described, readings[k], score)) answering.emplace_back(score.good, k);
+  }
+  std::ranges::stable_sort(answering, [](const auto& a, const auto& b) { return a.first > b.first; });
+  answering.resize(std::min(answering.size(), kMost));
+  std::set<std::size_t> out;
+  for (const auto& [good, k] : answering) out.insert(k);
+  if (best.second < readings.size()) out.insert(best.second);
+  return out;
+}
+
+/// Other readings of a set.
 struct Tried {
   std::optional<Answer> best;     ///< of those that answer
   std::optional<Answer> nearest;  ///< the best of all
 };
 
-Tried try_other_readings(const Sample& sample, const Fringes& fringes, const ReadingScore& described,
-                         const DecodeOptions& options) {
+Tried try_other_readings(const Sample& all, const std::vector<Sample>& tiles, const Fringes& fringes,
+                         const ReadingScore& described, const DecodeOptions& options) {
   constexpr double kSame = 1e-3;  // the first of those that are equally good is named
   const bool single_images = jumps_or_few(described) || described.residual > kResidual;
+  const std::vector<Reading> readings = other_readings(fringes);
+  std::set<std::size_t> candidates;
+  for (const Sample* tile : telling_tiles(tiles, fringes, options))
+    candidates.merge(screened(*tile, readings, fringes, single_images, options));
   Tried out;
-  for (Reading& reading : other_readings(fringes)) {
-    if (reading.single_images && !single_images) continue;
-    const ReadingScore score = sample.score(reading, options);
-    if (!reading.shifts_only &&
+  for (const std::size_t k : candidates) {
+    const ReadingScore score = all.score(readings[k], options);
+    if (!readings[k].shifts_only &&
         score.good > (out.nearest ? out.nearest->score.good + kSame : described.good + kLeastGain))
-      out.nearest = Answer{reading, score};
-    if (answers(described, reading, score) && (!out.best || score.good > out.best->score.good + kSame))
-      out.best = Answer{std::move(reading), score};
+      out.nearest = Answer{readings[k], score};
+    if (answers(described, readings[k], score) && (!out.best || score.good > out.best->score.good + kSame))
+      out.best = Answer{readings[k], score};
   }
   return out;
 }
@@ -194,7 +241,10 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
   if (described.n < kFewestPixels) return out;  // single pixels that noise lifts over the bound
   if (!contradicted(described) && !only_moved(described)) return out;
 
-  const Tried tried = try_other_readings(sample, fringes, described, all_steps);
+  std::vector<Sample> each;
+  for (std::size_t k = 0; k < tiles.size(); ++k)
+    each.emplace_back(tiles.only(k), images, expected, all_steps.min_modulation_dn);
+  const Tried tried = try_other_readings(sample, each, fringes, described, all_steps);
   const std::optional<Answer>& best = tried.best;
   const auto tell = [&](const std::string& sentence, bool shows_other_fringes, DoubtKind kind) {
     out.push_back({fmt::format("camera \"{}\": {}", images.camera, sentence), shows_other_fringes, kind});

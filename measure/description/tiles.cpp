@@ -52,6 +52,12 @@ Tiles::Tiles(const CameraImages& images, double min_modulation_dn) {
   for (std::size_t k = 0; k < count; ++k) corners_.push_back(all[k * all.size() / count].corner);
 }
 
+Tiles Tiles::only(std::size_t k) const {
+  Tiles one;
+  one.corners_ = {corners_.at(k)};
+  return one;
+}
+
 template <class T>
 Image<T> Tiles::cut(const Image<T>& image, T gap) const {
   const int across = std::min(kMostAcross, static_cast<int>(corners_.size()));

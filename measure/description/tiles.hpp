@@ -15,6 +15,9 @@ class Tiles {
   Tiles(const CameraImages& images, double min_modulation_dn);
 
   bool empty() const { return corners_.empty(); }
+  std::size_t size() const { return corners_.size(); }
+  /// Returns one of them alone.
+  Tiles only(std::size_t k) const;
   /// Returns the tiles of all images, white and black ones included. Between the tiles stands `gap`.
   CameraImages cut(const CameraImages& images) const;
   /// Returns the tiles of one image; `gap` between them.
