@@ -31,6 +31,7 @@
 #include <opencv2/calib3d.hpp>
 #include <sstream>
 
+#include "measure/description/doubts.hpp"
 #include "measure/fit/fits.hpp"
 #include "measure/measurement.hpp"
 #include "measure/points/depth_solver.hpp"
@@ -217,6 +218,37 @@ double projective_plane_rms(const ImageD& coordinate_px, double rad_per_px) {
     rms = std::sqrt((a * p - b).squaredNorm() / static_cast<double>(a.rows()));
   }
   return rms;
+}
+
+// As two newcomers described this set, and with its steps backwards: its edges and locks, that no reading
+// decodes, stay.
+TEST_F(RealCapture, SlsdkReadWronglyIsToldTheRightReading) {
+  NEED_CAPTURE("slsdk-stereo-statue");
+  const Dataset right("slsdk-stereo-statue");
+  const auto told = [](const Dataset& data, std::size_t camera) {
+    std::string all;
+    for (const Doubt& doubt :
+         description_doubts(data.images[camera], data.twin.fringes,
+                            decode_options(data.twin, data.twin.cameras[camera], data.images[camera]),
+                            data.decode(camera), {}))
+      all += doubt.sentence + "\n";
+    return all;
+  };
+  const auto expect = [&](const Dataset& wrong, const std::string& reading) {
+    for (const std::size_t camera : {0u, 1u})
+      EXPECT_NE(told(wrong, camera).find("; " + reading + " would leave"), std::string::npos)
+          << told(wrong, camera);
+  };
+  for (const std::size_t camera : {0u, 1u}) EXPECT_EQ(told(right, camera), "");
+  Dataset wrong = right;
+  GrayCode& code = *wrong.twin.fringes.directions[0].gray;
+  code.bits = 6, code.complementary = false, code.offset_periods = 0.0;
+  expect(wrong, "a complementary bit as the last of the code and offset_periods = -0.5");
+  code.bits = 5, code.complementary = true;
+  expect(wrong, "the code 0.5 of a period further (offset_periods)");
+  wrong = right;
+  for (CameraImages& images : wrong.images) std::swap(images.images[1], images.images[3]);
+  expect(wrong, "steps in reverse order");
 }
 
 TEST_F(RealCapture, CpsdPlane) {
