@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <optional>
 
 #include "capture/record/journal.hpp"
 #include "cli/commands.hpp"
@@ -121,6 +124,22 @@ std::optional<double> parse_exposure(const std::string& text) {
   return value;
 }
 
+/// Leaves the images that are named as white and black out of those of the sequence, where there are more
+/// than it has: a glob or a row of numbers finds them, too.
+void leave_out_references(CaptureCamera& camera, std::size_t n_sequence) {
+  if (camera.files.size() <= n_sequence) return;
+  const auto is_reference = [&camera](const fs::path& file) {
+    std::error_code none;
+    return std::ranges::any_of(std::array{camera.white, camera.black},
+                               [&](const std::optional<fs::path>& reference) {
+                                 return reference && fs::equivalent(file, *reference, none);
+                               });
+  };
+  std::vector<fs::path> others;
+  std::ranges::remove_copy_if(camera.files, std::back_inserter(others), is_reference);
+  if (others.size() == n_sequence) camera.files = std::move(others);
+}
+
 CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
   CaptureSet set;
   set.file = fs::path(o.out) / "capture.toml";
@@ -157,12 +176,8 @@ CaptureSet describe(const Twin& twin, const ImportCaptures& o) {
   };
   add_reference("--white", o.white, &CaptureCamera::white);
   add_reference("--black", o.black, &CaptureCamera::black);
-  // a glob finds the reference images, too; an order counts what it finds
   for (std::size_t c = 0; c < set.cameras.size(); ++c)
-    if (!has_order[c])
-      std::erase_if(set.cameras[c].files, [&camera = set.cameras[c]](const fs::path& file) {
-        return file == camera.white || file == camera.black;
-      });
+    if (!has_order[c]) leave_out_references(set.cameras[c], expand_sequence(twin.fringes).size());
   for (const CaptureCamera& camera : set.cameras)
     if (camera.files.empty())
       throw UserError(ExitCode::usage, "import captures",

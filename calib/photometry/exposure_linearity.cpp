@@ -5,78 +5,98 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::calib {
 namespace {
 
-/// Returns the share of a series' pixels that one of its images has at saturation.
-double saturated_share(const StillSeries& series, double saturation_dn) {
-  std::size_t saturated = 0, n = 0;
-  for (std::size_t i = 0; i < series.images.front().size(); ++i, ++n)
-    saturated += std::ranges::any_of(series.images, [&](const ImageF& image) {
-      return static_cast<double>(image.data[i]) >= saturation_dn;
-    });
-  return static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(n, 1));
+constexpr int kBlock = 32;  ///< px
+// Of a block so few values may be at saturation: defects, or noise whose loss shifts the mean by a
+// ten-thousandth. Pixels that were chosen one by one would be those that noise has darkened.
+constexpr double kMostSaturated = 1e-3;
+constexpr double kLeastBlocks = 0.05;  ///< of all
+
+/// One series as its blocks see it.
+struct BlockedSeries {
+  const StillSeries* series = nullptr;
+  std::vector<double> sum_dn, n;  ///< of each block
+  std::vector<bool> counts;       ///< is not saturated
+  double saturated = 0.0;         ///< share of its values
+};
+
+double share_of(const std::vector<bool>& all) {
+  return static_cast<double>(std::ranges::count(all, true)) / static_cast<double>(all.size());
 }
 
-/// Returns 1 for the pixels that no image of the series comes near saturation with.
-ImageU8 far_from_saturation(const std::vector<const StillSeries*>& all, double saturation_dn) {
-  const double most_dn = saturation_dn - std::max(2.0, 0.01 * saturation_dn);  // some sigma of its noise
-  const ImageF& first = all.front()->images.front();
-  ImageU8 far(first.width, first.height, 1);
-  for (const StillSeries* series : all)
-    for (const ImageF& image : series->images)
-      for (std::size_t i = 0; i < far.size(); ++i)
-        if (static_cast<double>(image.data[i]) > most_dn) far.data[i] = 0;
-  return far;
-}
-
-/// Returns the series with an exposure and the pixels that tell how level follows it: those that none of the
-/// series saturates. Series that leave too few are left out, the longest exposures first. Warnings say what
-/// is left out.
-std::pair<std::vector<const StillSeries*>, ImageU8> unsaturated_series(const std::vector<StillSeries>& stills,
-                                                                       double saturation_dn,
-                                                                       const std::string& camera,
-                                                                       std::vector<std::string>& warnings) {
-  constexpr double kLeastShare = 0.05;
-  std::vector<const StillSeries*> series;
-  for (const StillSeries& s : stills)
-    if (s.exposure_ms) series.push_back(&s);
-  std::ranges::stable_sort(series, {}, [](const StillSeries* s) { return *s->exposure_ms; });
-  while (!series.empty()) {
-    const double saturated = saturated_share(*series.back(), saturation_dn);
-    if (saturated == 0.0) break;
-    ImageU8 far = far_from_saturation(series, saturation_dn);
-    const double left =
-        static_cast<double>(std::ranges::count(far.data, 1)) / static_cast<double>(far.size());
-    const std::string begin =
-        fmt::format("camera {}: {:.3g} % of the pixels of the series at {:g} ms are saturated", camera,
-                    100.0 * saturated, *series.back()->exposure_ms);
-    if (left >= kLeastShare) {
-      warnings.push_back(fmt::format(
-          "{}: level against exposure is told by the {:.3g} % of the pixels that no series saturates", begin,
-          100.0 * left));
-      return {std::move(series), std::move(far)};
+BlockedSeries blocked(const StillSeries& series, double saturation_dn) {
+  const ImageF& first = series.images.front();
+  BlockedSeries out;
+  out.series = &series;
+  double saturated = 0.0;
+  for (int y = 0; y < first.height; y += kBlock)
+    for (int x = 0; x < first.width; x += kBlock) {
+      double sum = 0.0, n = 0.0, at_end = 0.0;
+      for (const ImageF& image : series.images)
+        for (int v = y; v < std::min(y + kBlock, first.height); ++v)
+          for (int u = x; u < std::min(x + kBlock, first.width); ++u) {
+            const auto value = static_cast<double>(image(u, v));
+            sum += value;
+            n += 1.0;
+            at_end += value >= saturation_dn ? 1.0 : 0.0;
+          }
+      out.sum_dn.push_back(sum);
+      out.n.push_back(n);
+      out.counts.push_back(at_end <= std::max(1.0, kMostSaturated * n));
+      saturated += at_end;
     }
-    warnings.push_back(begin + ": it takes no part in level against exposure");
-    series.pop_back();
-  }
-  ImageU8 all;
-  if (!series.empty()) {
-    const ImageF& first = series.front()->images.front();
-    all = ImageU8(first.width, first.height, 1);
-  }
-  return {std::move(series), std::move(all)};
+  out.saturated = saturated / static_cast<double>(first.size() * series.images.size());
+  return out;
 }
 
-/// Returns the mean of an image over the pixels of a mask.
-double mean_of(const ImageF& image, const ImageU8& mask) {
-  double sum = 0.0;
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < image.size(); ++i)
-    if (mask.data[i] != 0) sum += static_cast<double>(image.data[i]), ++n;
-  return sum / static_cast<double>(std::max<std::size_t>(n, 1));
+/// Takes the series that leave too few blocks out, and of the others the blocks that one of them saturates.
+/// Warnings say so.
+std::vector<BlockedSeries> unsaturated(const std::vector<StillSeries>& stills, double saturation_dn,
+                                       const std::string& camera, std::vector<std::string>& warnings) {
+  std::vector<BlockedSeries> out;
+  for (const StillSeries& series : stills) {
+    if (!series.exposure_ms) continue;
+    FT_CHECK(!series.images.empty(), "images of a series");
+    for (const ImageF& image : series.images)
+      FT_CHECK(image.width == stills.front().images.front().width &&
+                   image.height == stills.front().images.front().height,
+               "images of one size");
+    out.push_back(blocked(series, saturation_dn));
+  }
+  const auto text = [&](const BlockedSeries& b) {
+    return fmt::format(
+        "camera {}: {:.3g} % of the values of the series at {:g} ms are at {:g} DN, where they end", camera,
+        100.0 * b.saturated, *b.series->exposure_ms, saturation_dn);
+  };
+  std::erase_if(out, [&](const BlockedSeries& b) {
+    const bool is_out = share_of(b.counts) < kLeastBlocks;
+    if (is_out) warnings.push_back(text(b) + ": it takes no part in level against exposure");
+    return is_out;
+  });
+  if (out.empty()) return out;
+  std::vector<bool> counts(out.front().counts.size(), true);
+  for (const BlockedSeries& b : out)
+    for (std::size_t k = 0; k < counts.size(); ++k) counts[k] = counts[k] && b.counts[k];
+  if (share_of(counts) < 1.0)
+    warnings.push_back(fmt::format(
+        "{}: level against exposure is told by the {:.3g} % of the image that no series "
+        "saturates",
+        text(*std::ranges::max_element(out, {}, &BlockedSeries::saturated)), 100.0 * share_of(counts)));
+  for (BlockedSeries& b : out) b.counts = counts;
+  return out;
+}
+
+/// Returns the mean over the blocks that count; NaN without any.
+double level_of(const BlockedSeries& b) {
+  double sum = 0.0, n = 0.0;
+  for (std::size_t k = 0; k < b.counts.size(); ++k)
+    if (b.counts[k]) sum += b.sum_dn[k], n += b.n[k];
+  return sum / n;
 }
 
 }  // namespace
@@ -85,13 +105,10 @@ std::optional<ExposureLinearity> exposure_linearity(const std::vector<StillSerie
                                                     double saturation_dn, const std::string& camera,
                                                     std::vector<std::string>& warnings) {
   ExposureLinearity l;
-  const auto [all_series, mask] = unsaturated_series(stills, saturation_dn, camera, warnings);
-  for (const StillSeries* series : all_series) {
-    double mean = 0.0;
-    for (const ImageF& image : series->images)
-      mean += mean_of(image, mask) / static_cast<double>(series->images.size());
-    l.exposure_ms.push_back(*series->exposure_ms);
-    l.level_dn.push_back(mean);
+  for (const BlockedSeries& b : unsaturated(stills, saturation_dn, camera, warnings)) {
+    l.exposure_ms.push_back(*b.series->exposure_ms);
+    l.level_dn.push_back(level_of(b));
+    if (std::isnan(l.level_dn.back())) return std::nullopt;
   }
   const std::size_t n = l.exposure_ms.size();
   if (n < 3) return std::nullopt;

@@ -208,15 +208,53 @@ TEST(PhotonTransfer, SaturatedPixelsDoNotBendTheLine) {
   const CameraPhotometry& c = photometry.cameras[0];
   ASSERT_TRUE(c.linearity);
   EXPECT_EQ(c.linearity->exposure_ms, (std::vector<double>{2, 5, 10, 20, 30}));
-  // each level is the mean of thousands of pixels: 1e-3; pixels near the bound are in by their noise: 1e-3
+  // each level is the mean of thousands of pixels: 1e-3
   EXPECT_LT(std::abs(c.linearity->worst_percent), 0.2);
   EXPECT_NEAR(c.linearity->offset_dn.value, s.black_dn, 0.1);
   const auto warned = [&](const std::string& text) {
     return std::ranges::any_of(photometry.warnings,
                                [&](const std::string& w) { return w.find(text) != w.npos; });
   };
-  EXPECT_TRUE(warned("at 80 ms are saturated: it takes no part"));
-  EXPECT_TRUE(warned("at 30 ms are saturated: level against exposure is told by"));
+  EXPECT_TRUE(warned("at 80 ms are at 255 DN, where they end: it takes no part"));
+  EXPECT_TRUE(warned("at 30 ms are at 255 DN, where they end: level against exposure is told by"));
+}
+
+/// Level against exposure of an evenly lit plate, the longest exposure at `last_dn`. `stuck`: a pixel that is
+/// always full.
+ExposureLinearity even_light(double last_dn, bool stuck, std::vector<std::string>& warnings) {
+  const TrueSensor s;
+  std::mt19937_64 random(13);
+  CameraFrames frames;
+  for (const double part : {0.1, 0.3, 0.5, 0.8, 1.0}) {
+    StillSeries series{"", {}, 10.0 * part};
+    for (int k = 0; k < 2; ++k) {
+      ImageF image(kDrawnWidth, kDrawnHeight);
+      for (float& v : image.data) v = expose(part * (last_dn - s.black_dn), s, random);
+      if (stuck) image(40, 40) = 255.0f;
+      series.images.push_back(std::move(image));
+    }
+    frames.series.push_back(std::move(series));
+  }
+  const Photometry photometry = analyse_photometry(photometry_twin(TrueFringes{}, s), {frames});
+  warnings = photometry.warnings;
+  return photometry.cameras[0].linearity.value();
+}
+
+// Where all of the image is near saturation, pixels that are still below it are those that noise has
+// darkened.
+TEST(PhotonTransfer, NoiseNearSaturationDoesNotBendTheLine) {
+  for (const double last_dn : {225.0, 235.0, 240.0, 243.0, 246.0, 250.0}) {
+    std::vector<std::string> warnings;
+    const ExposureLinearity l = even_light(last_dn, false, warnings);
+    EXPECT_LT(std::abs(l.worst_percent), 0.1) << last_dn << ", " << l.exposure_ms.size() << " series";
+    EXPECT_EQ(l.exposure_ms.size(), last_dn > 243.0 ? 4u : 5u) << last_dn;
+  }
+}
+
+TEST(PhotonTransfer, ADefectivePixelIsNoSaturation) {
+  std::vector<std::string> warnings;
+  EXPECT_EQ(even_light(150.0, true, warnings).exposure_ms.size(), 5u);
+  for (const std::string& w : warnings) EXPECT_EQ(w.find("at 255 DN"), w.npos) << w;
 }
 
 }  // namespace

@@ -72,14 +72,21 @@ void append_option_names(const CLI::App& app, std::vector<std::string>& names) {
     for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
 }
 
+void append_names_of_commands(const CLI::App& app, std::vector<std::string>& names) {
+  for (const CLI::App* child : commands_in(app)) {
+    append_option_names(*child, names);
+    append_names_of_commands(*child, names);
+  }
+}
+
 /// Before a command stands, the options of all commands are near, too: most lines begin with one.
 UserError unknown_option(const CLI::App& command, const std::string& name) {
   std::vector<std::string> names;
   for (const CLI::App* app = &command; app != nullptr; app = app->get_parent())
     append_option_names(*app, names);
   const std::string where = named(command) + " " + name;
-  if (command.get_parent() == nullptr) {
-    for (const CLI::App* child : commands_in(command)) append_option_names(*child, names);
+  if (!commands_in(command).empty()) {
+    append_names_of_commands(command, names);
     if (std::ranges::find(names, name) != names.end())
       return {ExitCode::usage, where, "is an option of commands", "it stands behind the command's name"};
   }
@@ -113,10 +120,11 @@ Walk walk(const CLI::App& program, const std::vector<std::string>& arguments) {
       const bool has_value = name.size() < word.size();
       if (has_value || option->get_type_size() == 0 || i + 1 == arguments.size()) continue;
       const std::string& next = arguments[i + 1];
-      if (!next.starts_with("--"))
+      const bool is_one = next.size() > 1 && next[0] == '-' && !parse_number<double>(next).has_value() &&
+                          find_option(*at.command, next.substr(0, next.find('='))) != nullptr;
+      if (!is_one && !next.starts_with("--"))
         ++i;
-      else if (!at.without_value && option->get_expected_min() > 0 &&
-               find_option(*at.command, next.substr(0, next.find('='))))
+      else if (is_one && !at.without_value && option->get_expected_min() > 0)
         at.without_value = option;
     } else if (!commands_in(*at.command).empty()) {
       const CLI::App* child = child_named(*at.command, word);

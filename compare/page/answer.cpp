@@ -236,8 +236,9 @@ const GainRow* brighter_side(const Comparison& c, const Twin& twin) {
   constexpr double kOther = 0.02, kSigmas = 5.0;
   for (const ExplainedRow& row : c.explained)
     if (row.quantity != "coverage" && !row.explained()) return nullptr;
-  if (c.refinement && std::ranges::find(c.refinement->asked, "gain") != c.refinement->asked.end())
-    return nullptr;
+  if (c.refinement)  // these and a gain are one number
+    for (const char* name : {"gain", "albedo", "texture"})
+      if (std::ranges::find(c.refinement->asked, name) != c.refinement->asked.end()) return nullptr;
   for (const GainRow& row : c.gain) {
     const double own_dn = twins_gain_dn(twin, row.camera), off_dn = std::abs(row.gain_dn - own_dn);
     if (row.usable && off_dn > kOther * own_dn && off_dn > kSigmas * row.gain_sigma_dn &&
@@ -249,14 +250,17 @@ const GainRow* brighter_side(const Comparison& c, const Twin& twin) {
 
 NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& twin,
                          const std::vector<std::string>& argv) {
-  const std::string value = refine_value(c, "gain");
+  std::string value;
+  if (c.refinement)
+    for (const std::string& name : c.refinement->asked) value += name + ",";
+  value += "gain";
   return {
       fmt::format(
           "the images of camera {} are {:.3g} times as bright as the twin's, and fringes that are weak count "
           "on the brighter side only: give the twin their gain (gain_dn = {:.5g}; projector, surface and "
           "sensor show only as their product) and compare again",
           row.camera, row.gain_dn / twins_gain_dn(twin, row.camera), row.gain_dn),
-      again(twin, argv, "--refine", value.empty() ? "gain" : value, "-refined")};
+      again(twin, argv, "--refine", value, "-refined")};
 }
 
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {

@@ -35,8 +35,9 @@ class ChangedKeys {
     return std::ranges::find(block_.keys, name, &TomlKey::name) != block_.keys.end();
   }
   /// Where the file has these keys, it needs those instead.
-  void exclude(std::vector<std::string> keys, std::vector<TomlKey> instead) {
-    block_.exclusions.push_back({std::move(keys), std::move(instead)});
+  void exclude(std::vector<std::string> keys, std::vector<TomlKey> instead,
+               std::vector<std::string> also = {}) {
+    block_.exclusions.push_back({std::move(keys), std::move(instead), std::move(also)});
   }
   void append_to(std::vector<TomlBlock>& blocks) const {
     if (!block_.keys.empty()) blocks.push_back(block_);
@@ -54,13 +55,15 @@ void add_device(ChangedKeys& keys, const Lens& lens_before, const Pose& pose_bef
   keys.key("lensmodel", quoted(lens_before.model()), quoted(lens.model()));
   keys.key("intrinsics", numbers(lens_before.intrinsics()), numbers(lens.intrinsics()));
   keys.key("rt_cam_world", numbers(pose_before), numbers(pose));
+  const std::vector<std::string> other_poses{"position_mm", "look_at_mm", "up", "baseline_mm", "angle_deg"};
   if (keys.has("lensmodel") || keys.has("intrinsics") || keys.has("rt_cam_world"))
-    keys.exclude({"model", "opencv"}, {{"lensmodel", quoted(lens.model())},
-                                       {"imagersize", fmt::format("[{}, {}]", lens.width(), lens.height())},
-                                       {"intrinsics", numbers(lens.intrinsics())},
-                                       {"rt_cam_world", numbers(pose)}});
-  if (keys.has("rt_cam_world"))
-    keys.exclude({"position_mm", "look_at_mm", "up", "baseline_mm", "angle_deg"}, {});
+    keys.exclude({"model", "opencv"},
+                 {{"lensmodel", quoted(lens.model())},
+                  {"imagersize", fmt::format("[{}, {}]", lens.width(), lens.height())},
+                  {"intrinsics", numbers(lens.intrinsics())},
+                  {"rt_cam_world", numbers(pose)}},
+                 other_poses);
+  if (keys.has("rt_cam_world")) keys.exclude(other_poses, {});
 }
 
 std::string response_text(const ProjectorResponse& r) {

@@ -264,8 +264,9 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
                      wrong, would_be(*best)),
          !best->reading.shifts_only, kind_of(fringes, described, best->reading));
   else if (repeated.empty() && (everywhere.jumps_or_few() || described.residual > kLargeResidual))
-    tell(fmt::format("{}; no other reading of [fringes] that was tried takes most of this away{}", wrong,
-                     tried.nearest ? " (the best, " + would_be(*tried.nearest) + ")" : ""),
+    tell(fmt::format(
+             "{}; no other reading of [fringes] that was tried takes most of this away{}", wrong,
+             tried.nearest && jumps_or_few(described) ? " (the best, " + would_be(*tried.nearest) + ")" : ""),
          false, kind_of(fringes, described, described_reading(fringes)));
   return out;
 }

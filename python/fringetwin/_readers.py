@@ -191,7 +191,7 @@ def read_study(path: PathLike) -> Dict[str, List[Dict[str, Any]]]:
     """Returns the tables of a study.db (or of the one in a folder) by name, each a list of rows as dicts.
 
     pandas.DataFrame(read_study(DIR)["points"]) makes a frame of the points: id, seed, status, reason, seconds (s), traced,
-    version, host, finished_at, and as JSON texts settings (TOML by path of the key) and results (numbers by name). The
+    version, host, finished_at, digest, and as JSON texts settings (TOML by path of the key) and results (numbers by name). The
     study.csv beside it has each setting and each number as a column of its own. The file is opened read-only.
     """
     if not os.path.isfile(path):

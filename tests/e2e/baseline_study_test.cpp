@@ -93,9 +93,9 @@ TEST(BaselineStudy, ThePageOnADiametersUncertaintyIsTrue) {
   const char* source = std::getenv("FRINGETWIN_SOURCE");
   ASSERT_NE(source, nullptr);
   std::string study = toml_of_page(fs::path(source) / "docs" / "UNCERTAINTY_OF_A_DIAMETER.md");
-  const auto calibration = study.find("calibration = true");
-  ASSERT_NE(calibration, std::string::npos);
-  study.replace(calibration, 18, "most_trials = 6\nblock_trials = 2");
+  const auto twin_line = study.find("twin = ");
+  ASSERT_NE(twin_line, std::string::npos);
+  study.insert(twin_line, "most_trials = 6\nblock_trials = 2\n");
   const fs::path dir = imported_rig("uncertainty_page", study);
   const RunResult run = run_study(dir);
   EXPECT_EQ(run.exit_code, 5) << run.err;  // 6 trials are too few

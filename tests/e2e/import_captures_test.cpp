@@ -157,6 +157,23 @@ TEST_F(ImportCaptures, NumbersAndOrder) {
   EXPECT_TRUE(measured(dir_ / "set2", "measured_by_place") == measured(dir_ / "set", "measured_by_number"));
 }
 
+// A glob finds the white and the black image, too; named as that they are none of the sequence. A link to
+// their folder names the same files.
+TEST_F(ImportCaptures, ReferencesInTheSequencesFolderAreLeftOut) {
+  copy_all("set/img", "set/other ");
+  copy("left", 0, "set/img_white.png");
+  copy("left", 1, "set/img_black.png");
+  fs::create_directory_symlink(dir_ / "set", dir_ / "link");
+  const std::string left = "left=" + path("set/img*.png"), right = "right=" + path("set/other *.png");
+  ASSERT_EQ(import({"--map", left, "--map", right, "--white", "left=" + path("link/img_white.png"), "--black",
+                    "left=" + path("set/img_black.png")})
+                .exit_code,
+            0);
+  EXPECT_TRUE(measured(dir_ / "set", "measured_with_references") ==
+              measured(suite_dir() / "out", "measured_original"));
+  expect_refused(import({"--map", left, "--map", right, "--overwrite"}), 3, {"the sequence has"});
+}
+
 TEST_F(ImportCaptures, DescribedInPlaceAndThroughALink) {
   copy_all("set/img", "set/other ");
   const std::string left = "left=" + path("set/img*.png"), right = "right=" + path("set/other *.png");

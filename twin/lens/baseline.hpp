@@ -28,8 +28,8 @@ std::optional<double> triangulation_rad(const Pose& T_first_world, const Pose& T
 std::optional<Pose> with_baseline(const Pose& T_first_world, const Pose& T_device_world, double baseline_mm);
 
 /// Returns the device's pose after a rigid turn about where it aims, in the plane of that point and both
-/// centres, that makes the angle of triangulation `angle_rad`. nullopt where it aims nowhere, or these
-/// three lie on one line.
+/// centres, after which triangulation_rad() is `angle_rad`: where the axes do not meet, of the point that the
+/// turned device aims at. nullopt where it aims nowhere, before or then, or these three lie on one line.
 std::optional<Pose> with_triangulation(const Pose& T_first_world, const Pose& T_device_world,
                                        double angle_rad);
 

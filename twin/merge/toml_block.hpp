@@ -13,10 +13,12 @@ struct TomlKey {
 };
 
 /// Keys that cannot stand beside those of a block, and what the table needs in their place: a camera with
-/// `model` needs all of lens and pose once its lens is its own.
+/// `model` needs all of lens and pose once its lens is its own. Where one of `keys` was there, `also` go with
+/// them.
 struct TomlExclusion {
   std::vector<std::string> keys;
   std::vector<TomlKey> instead;
+  std::vector<std::string> also = {};
 };
 
 /// The keys of one table of a file.

@@ -40,9 +40,11 @@ class Merger {
     std::vector<TomlKey> keys = block.keys;
     if (!keys.empty())
       for (const TomlExclusion& exclusion : block.exclusions)
-        if (comment_out(table, exclusion.keys))
+        if (comment_out(table, exclusion.keys)) {
+          comment_out(table, exclusion.also);
           for (const TomlKey& key : exclusion.instead)
             if (std::ranges::find(keys, key.name, &TomlKey::name) == keys.end()) keys.push_back(key);
+        }
     std::vector<TomlKey> new_keys;
     for (const TomlKey& key : keys) {
       const TomlPath path = joined(table, {key.name});
