@@ -28,6 +28,13 @@ const char* design_name(Design design) {
   return "";
 }
 
+/// Returns whether there are measured numbers, and none of them scatters. One without values says nothing.
+bool seeds_made_no_difference(const DesignTable& table) {
+  const auto has_sigma = [](const TableNumber& n) { return n.is_measured && std::isfinite(n.all.sigma); };
+  return std::ranges::any_of(table.numbers, has_sigma) &&
+         std::ranges::none_of(table.numbers, &TableNumber::has_scatter);
+}
+
 std::string note_of(const DesignPlan& plan, const DesignTable& table) {
   std::string out;
   const int seeds = plan.noise_seeds;
@@ -42,8 +49,8 @@ std::string note_of(const DesignPlan& plan, const DesignTable& table) {
       out +=
           "All settings share their seeds: where the noise acts alike, differences between settings are "
           "known better than their bands say, and averages over settings no better than one of them. ";
-    if (std::ranges::none_of(table.numbers, &TableNumber::has_scatter))
-      out += "The seeds made no difference: the twin has no noise. ";
+    if (seeds_made_no_difference(table))
+      out += "The seeds made no difference: the twin has no noise, or none that reaches these numbers. ";
   } else {
     out +=
         "One run per setting: its scatter is not known, and differences between settings contain the noise. ";

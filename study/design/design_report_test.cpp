@@ -135,6 +135,16 @@ TEST(DesignReport, NothingMeasuredIsStillAPage) {
   Made made = make(grid + record, [](const StudyPoint&) { return std::nan(""); });
   const StudyReport report = made.report();
   EXPECT_THAT(report.html, HasSubstr("there are no data to draw"));
+  EXPECT_THAT(report.html, Not(HasSubstr("The seeds made no difference")))
+      << "there are no numbers to differ";
+}
+
+// What no noise can change says nothing of the seeds.
+TEST(DesignReport, TheTheorysNumbersAreNotASignOfATwinWithoutNoise) {
+  Made made = make(grid + record + "[[record]]\nresult = \"theory.ball.n\"\nname = \"n\"\n",
+                   [](const StudyPoint&) { return std::nan(""); });
+  for (StoredPoint& row : made.rows) row.outcome.numbers["n"] = 1000.0;
+  EXPECT_THAT(made.report().html, Not(HasSubstr("The seeds made no difference")));
 }
 
 TEST(DesignReport, ScatteredPointsGetARunningMean) {

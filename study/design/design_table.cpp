@@ -143,6 +143,7 @@ DesignTable design_table(const StudyHead& head, const DesignPlan& plan, const st
     number.name = display_name(names[k]);
     number.unit = unit_of(results[k]);
     number.is_time = results[k] == "acquisition.time_s";
+    number.is_measured = !results[k].starts_with("theory.") && !results[k].starts_with("acquisition.");
     number.is_error = truth_of(results[k]).has_value();
     number.runs.resize(settings.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {

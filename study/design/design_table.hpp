@@ -18,6 +18,7 @@ struct TableNumber {
   std::string name, unit;         ///< name: as it is shown
   bool is_error = false;          ///< the values are measured - put in
   bool is_time = false;           ///< acquisition.time_s
+  bool is_measured = true;        ///< false: no noise can change it, it is of the theory or the acquisition
   std::vector<SettingRuns> runs;  ///< per setting, as they are drawn
   std::vector<double> truth;      ///< per setting what was put in; empty unless is_error
   /// What is expected, per setting; empty where nothing is, NaN where it is not known.

@@ -8,6 +8,7 @@
 
 #include "report/plot/page_drawings.hpp"
 #include "study/kind/check_study.hpp"
+#include "study/kind/empty_columns.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
@@ -115,7 +116,9 @@ void write_report(const StudyRun& run, const StudyReport& report) {
 }  // namespace
 
 ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
-  const StudyIdentity identity = check_study(head, kind.plan());
+  const PointSequence planned = kind.plan();
+  const StudyIdentity identity = check_study(head, planned);
+  refuse_outside_noise_theory(head, planned);
   begin_output(run.out, {}, Writers::several);
   StudyStore store(run.out / "study.db", identity, run.version);
   if (const auto all = kind.points_in_all()) store.refuse_rows_from(static_cast<std::int64_t>(*all));
@@ -132,6 +135,7 @@ ExitCode run_study(Kind& kind, const StudyHead& head, const StudyRun& run) {
   if (kind.has_result()) write_text_file(result, json);
   tell(run, kind.tell(study, points.summary()) + traces_text(points.summary()));
   warn_of_failures(study);
+  for (const std::string& sentence : empty_column_warnings(head, rows)) warn(sentence);
   points.tell_later_gate_warnings();
   say(kind.has_result() ? "result: " + result.string() : "table: " + table.string());
   write_report(run, kind.report(study));

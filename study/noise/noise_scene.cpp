@@ -8,8 +8,8 @@
 
 #include "measure/decode/mixed_pixels.hpp"
 #include "render/reference/reference_shapes.hpp"
+#include "study/noise/theory_scope.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/effects.hpp"
 #include "twin/number/sinc.hpp"
 
 namespace fringetwin::study {
@@ -18,34 +18,10 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 const Object& checked(const Twin& twin, const std::string& name) {
-  const auto refuse = [&](const std::string& why) {
-    throw UserError(ExitCode::usage, twin.file.string(), "the theory of the noise does not know " + why,
+  if (const std::string outside = outside_noise_theory(twin, name); !outside.empty())
+    throw UserError(ExitCode::usage, twin.file.string(), "the theory of the noise does not know " + outside,
                     "record the fits alone");
-  };
-  const Object* object = twin.find_object(name);
-  if (object == nullptr) refuse("the object \"" + name + "\"");
-  if (!std::holds_alternative<SphereShape>(object->shape) &&
-      !std::holds_alternative<PlaneShape>(object->shape))
-    refuse(std::string("objects of shape ") + shape_kind(object->shape));
-  if (twin.objects.size() != 1) refuse("several objects");
-  if (!twin.projector) refuse("a rig without projector");
-  const Fringes& f = twin.fringes;
-  if (f.directions.size() != 1 || f.steps < 4 || f.directions[0].gray)
-    refuse("other fringes than four or more phase steps in one direction");
-  if (twin.projector->response.kind != ProjectorResponse::Kind::linear)
-    refuse("a response that is not linear");
-  if (twin.projector->optics || twin.projector->pixel_structure) refuse("the projector's optics and pixels");
-  if (twin.render.bounces > 0) refuse("light between surfaces");
-  if (twin.measure.smoothing_px > 0.0) refuse("smoothed coordinates");
-  if (object->material.specular > 0.0) refuse("specular surfaces");
-  for (const Camera& camera : twin.cameras)
-    if (camera.optics || camera.psf_px > 0.0 || camera.vignetting.kind != Vignetting::Kind::none)
-      refuse("camera optics");
-  if (const auto* plane = std::get_if<PlaneShape>(&object->shape); plane && !plane->albedo_file.empty())
-    refuse("texture");
-  for (const Effect& effect : effects())
-    if (effect.is_on(twin) && !effect.in_noise_theory) refuse(effect.name);
-  return *object;
+  return *twin.find_object(name);
 }
 
 /// Sets the sides of a pixel as they lie on the tangent plane.

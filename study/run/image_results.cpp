@@ -8,6 +8,7 @@
 #include "compare/verdict/indicators.hpp"
 #include "report/json.hpp"
 #include "study/noise/noise_theory.hpp"
+#include "study/noise/theory_scope.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 
@@ -91,16 +92,22 @@ Json indicators(const VirtualMeasurement& run) {
   return out;
 }
 
+/// Returns what theory expects of an object; nothing but NaN where it does not know the twin.
+NoiseTheory theory_of(const Twin& twin, const std::string& object) {
+  if (!outside_noise_theory(twin, object).empty()) return {.n = kNaN};
+  return noise_theory(twin, object);
+}
+
 /// Returns what theory expects of the fitted objects that a record names.
 Json theory(const VirtualMeasurement& run, const std::vector<Record>& records) {
   Json out = Json::array();
   for (const measure::ObjectFit& fit : run.measurement.fits) {
     const std::string path = "theory." + fit.object + ".";
     if (std::ranges::none_of(records, [&](const Record& r) { return r.result.starts_with(path); })) continue;
-    if (!run.theory.contains(fit.object)) run.theory[fit.object] = noise_theory(run.recording, fit.object);
+    if (!run.theory.contains(fit.object)) run.theory[fit.object] = theory_of(run.recording, fit.object);
     const NoiseTheory& t = run.theory[fit.object];
     out.push_back({{"object", fit.object},
-                   {"n", t.n},
+                   {"n", json_number(t.n)},
                    {"rms_mm", json_number(t.rms_mm)},
                    {"center_sigma_mm", report::json_numbers(t.center_sigma_mm)},
                    {"radius_sigma_mm", json_number(t.radius_sigma_mm)},

@@ -27,7 +27,7 @@ struct VirtualMeasurement {
 
 /// Returns those that any of the records asks for: "acquisition" {images, time_s}, "images" [{camera,
 /// saturated, measured (first camera)}], "indicators" [{object, sphere_form, ...}], "theory" [{object, n,
-/// ...}]. docs/metrics/study.md, "Results of studies".
+/// ...}], all null of a twin that the theory does not know. docs/metrics/study.md, "Results of studies".
 nlohmann::ordered_json image_results(const VirtualMeasurement& run, const std::vector<Record>& records);
 
 }  // namespace fringetwin::study

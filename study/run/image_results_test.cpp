@@ -111,6 +111,20 @@ TEST(ImageResults, IndicatorsAreThoseOfTheFits) {
   EXPECT_NEAR(c.at("indicators.ball.sphere_size"), 0.02, 1e-12);
 }
 
+// The measured numbers of such a point are as good as any.
+TEST(ImageResults, WhatTheTheoryDoesNotKnowIsNull) {
+  Case c;
+  measure::ObjectFit fit;
+  fit.object = "ball";
+  fit.kind = "sphere";
+  c.measurement.fits = {fit};
+  EXPECT_GT(c.at("theory.ball.radius_sigma_mm"), 0.0);
+  c.theory.clear();
+  c.twin.cameras[0].psf_px = 2.0;
+  for (const char* name : {"n", "rms_mm", "radius_sigma_mm", "center_sigma_mm[2]"})
+    EXPECT_TRUE(std::isnan(c.at(std::string("theory.ball.") + name))) << name;
+}
+
 TEST(ImageResults, OnlyWhatIsAskedForIsWorkedOut) {
   const Case c;
   EXPECT_EQ(study::image_results({c.twin, c.twin, c.rendered, c.images, c.measurement, c.theory}, {}).dump(),

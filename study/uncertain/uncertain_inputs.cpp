@@ -159,6 +159,10 @@ Settings keys_of_twin(const Settings& settings) {
   return out;
 }
 
+bool has_drawn_form(const Settings& settings, const std::string& object) {
+  return settings.contains(std::string(kForm) + object);
+}
+
 VirtualRig::VirtualRig(const std::filesystem::path& twin_file, bool with_calibration)
     : file_(twin_file), nominal_(load_twin(twin_file)) {
   if (!with_calibration) return;

@@ -75,6 +75,8 @@ StudyPoint point_of(const UncertainInputs& inputs, std::int64_t id, const InputD
 Settings recording_settings(const Settings& settings);
 /// Returns these settings without the calibration's deviates and the forms: what load_twin takes.
 Settings keys_of_twin(const Settings& settings);
+/// Returns whether the draw gives the object a form of its own.
+bool has_drawn_form(const Settings& settings, const std::string& object);
 
 /// The rig as calibrated, with which everything is measured, and rigs as drawn, which record. The covariance
 /// is the calibrated rig's, whatever a point's nominal settings are.

@@ -219,5 +219,44 @@ TEST(StudyCommand, WhatCannotWorkIsSaidBeforeAnyPoint) {
   expect_refused(run_study(dir, "record"), 2, {"there is no \"radius\"", "radius_mm"});
 }
 
+TEST(StudyCommand, PointsThatTheTheoryDoesNotKnowKeepTheirMeasuredNumbers) {
+  FT_NEED_DEVICE();
+  const std::string record = R"([[record]]
+result = "fits.ball.measured.radius_mm"
+name = "radius_mm"
+expected_sigma = "theory.ball.radius_sigma_mm"
+)",
+                    vary = "noise_seeds = 2\n[[vary]]\nkey = \"camera.left.psf_px\"\nvalues = ";
+  const fs::path dir = study_folder("study_theory", kSmallStudy + vary + "[0, 0.3]\n" + record);
+  const RunResult run = run_study(dir);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("4 measured, 0 failed"));
+  EXPECT_THAT(run.err, HasSubstr("no number for 2 of 4 points"));
+  EXPECT_THAT(run.err, HasSubstr("camera.left.psf_px = 0.3 (2 points)"));
+  const nlohmann::json points = nlohmann::json::parse(run_study(dir, "out", {"--json"}).out)["points"];
+  ASSERT_EQ(points.size(), 4U);
+  for (const auto& point : points) {
+    EXPECT_FALSE(point["results"]["radius_mm"].is_null());
+    EXPECT_EQ(point["results"]["radius_mm.expected_sigma"].is_null(), point["id"] >= 2);
+  }
+  write_file(dir / "STUDY.toml", kSmallStudy + vary + "[0.3, 1]\n" + record);
+  expect_refused(run_study(dir, "none"), 2, {"radius_mm.expected_sigma", "camera.left.psf_px = 0.3"});
+  EXPECT_FALSE(fs::exists(dir / "none")) << "before anything is traced";
+}
+
+TEST(StudyCommand, AColumnThatIsNullInAllRunsIsTold) {
+  FT_NEED_DEVICE();
+  const fs::path dir = study_folder("study_null", kSmallStudy + R"(noise_seeds = 2
+[[record]]
+result = "fits.ball.method_bias.radius_mm"
+name = "bias_mm"
+)");
+  const RunResult run = run_study(dir);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("\"bias_mm\" is null in all 2 runs"));
+  EXPECT_THAT(run.err, HasSubstr("measure --method-bias"));
+  EXPECT_THAT(read_file(dir / "out/report.html"), ::testing::Not(HasSubstr("The seeds made no difference")));
+}
+
 }  // namespace
 }  // namespace fringetwin::testing::study_command_test
