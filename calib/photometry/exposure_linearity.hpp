@@ -7,9 +7,24 @@
 #include <string>
 #include <vector>
 
-#include "calib/photometry/photometry.hpp"
+#include "calib/photometry/photon_transfer.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::calib {
+
+/// Stills of one scene that nothing moved in, at one exposure.
+struct StillSeries {
+  std::string name;  ///< as the user gave it
+  std::vector<ImageF> images;
+  std::optional<double> exposure_ms;
+};
+
+/// Mean level against exposure: level = black + slope * exposure.
+struct ExposureLinearity {
+  std::vector<double> exposure_ms, level_dn, residual_percent;  ///< of the line at that exposure
+  Estimate slope_dn_per_ms, offset_dn;
+  double worst_percent = 0.0;
+};
 
 /// Returns the line through three series with an exposure or more; nullopt where there are fewer, or all have
 /// one exposure. Blocks of pixels that one of them saturates are left out of all, and series that saturate

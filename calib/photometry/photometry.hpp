@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/photometry/exposure_linearity.hpp"
 #include "calib/photometry/flat_field.hpp"
 #include "calib/photometry/photon_transfer.hpp"
 #include "calib/photometry/pixel_maps.hpp"
@@ -16,25 +17,11 @@
 
 namespace fringetwin::calib {
 
-/// Stills of one scene that nothing moved in, at one exposure.
-struct StillSeries {
-  std::string name;  ///< as the user gave it
-  std::vector<ImageF> images;
-  std::optional<double> exposure_ms;
-};
-
 /// All that is known of one camera.
 struct CameraFrames {
   std::vector<CameraImages> captures;  ///< of one still scene; more than one: repeats
   std::vector<StillSeries> series;     ///< besides, each at one level of light
   std::vector<ImageF> dark, flat;
-};
-
-/// Mean level against exposure: level = black + slope * exposure.
-struct ExposureLinearity {
-  std::vector<double> exposure_ms, level_dn, residual_percent;  ///< of the line at that exposure
-  Estimate slope_dn_per_ms, offset_dn;
-  double worst_percent = 0.0;
 };
 
 struct CameraPhotometry {

@@ -223,13 +223,11 @@ TEST(Answer, OtherBrightnessIsToldWhereOnlyCoverageIsWrong) {
   EXPECT_THAT(next.text, HasSubstr("camera left are 1.2 times as bright as the twin's"));
   EXPECT_THAT(next.text, HasSubstr("gain_dn = 2.4"));
   EXPECT_EQ(command(next), "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine gain");
-  Refinement refinement;
-  refinement.asked = {"rig"};
-  c.refinement = &refinement;
+  c.refinement.emplace().asked = {"rig"};
   EXPECT_THAT(command(next_step(c, twin, kCosim)), HasSubstr("--refine rig,gain"));
-  refinement.asked = {"texture"};  // which contains the gain
+  c.refinement->asked = {"texture"};  // which contains the gain
   EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
-  c.refinement = {};
+  c.refinement.reset();
   c.gain[0].gain_dn = 2.02;  // a hundredth, which moves no pixel over the threshold
   EXPECT_THAT(next_step(c, twin, kCosim).text, HasSubstr("read the warnings"));
   c.gain[0].gain_dn = 2.4, c.coverage[0].real_only.lost_order = 40;  // most are in shadow, say
