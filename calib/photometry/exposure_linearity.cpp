@@ -11,7 +11,7 @@
 namespace fringetwin::calib {
 namespace {
 
-constexpr int kBlock = 32;  ///< px
+constexpr int kBlock_px = 32;
 // Of a block so few values may be at saturation: defects, or noise whose loss shifts the mean by a
 // ten-thousandth. Pixels that were chosen one by one would be those that noise has darkened.
 constexpr double kMostSaturated = 1e-3;
@@ -34,12 +34,12 @@ BlockedSeries blocked(const StillSeries& series, double saturation_dn) {
   BlockedSeries out;
   out.series = &series;
   double saturated = 0.0;
-  for (int y = 0; y < first.height; y += kBlock)
-    for (int x = 0; x < first.width; x += kBlock) {
+  for (int y = 0; y < first.height; y += kBlock_px)
+    for (int x = 0; x < first.width; x += kBlock_px) {
       double sum = 0.0, n = 0.0, at_end = 0.0;
       for (const ImageF& image : series.images)
-        for (int v = y; v < std::min(y + kBlock, first.height); ++v)
-          for (int u = x; u < std::min(x + kBlock, first.width); ++u) {
+        for (int v = y; v < std::min(y + kBlock_px, first.height); ++v)
+          for (int u = x; u < std::min(x + kBlock_px, first.width); ++u) {
             const auto value = static_cast<double>(image(u, v));
             sum += value;
             n += 1.0;
@@ -56,8 +56,8 @@ BlockedSeries blocked(const StillSeries& series, double saturation_dn) {
 
 /// Takes the series that leave too few blocks out, and of the others the blocks that one of them saturates.
 /// Warnings say so.
-std::vector<BlockedSeries> unsaturated(const std::vector<StillSeries>& stills, double saturation_dn,
-                                       const std::string& camera, std::vector<std::string>& warnings) {
+std::vector<BlockedSeries> unsaturated_series(const std::vector<StillSeries>& stills, double saturation_dn,
+                                              const std::string& camera, std::vector<std::string>& warnings) {
   std::vector<BlockedSeries> out;
   for (const StillSeries& series : stills) {
     if (!series.exposure_ms) continue;
@@ -105,7 +105,7 @@ std::optional<ExposureLinearity> exposure_linearity(const std::vector<StillSerie
                                                     double saturation_dn, const std::string& camera,
                                                     std::vector<std::string>& warnings) {
   ExposureLinearity l;
-  for (const BlockedSeries& b : unsaturated(stills, saturation_dn, camera, warnings)) {
+  for (const BlockedSeries& b : unsaturated_series(stills, saturation_dn, camera, warnings)) {
     l.exposure_ms.push_back(*b.series->exposure_ms);
     l.level_dn.push_back(level_of(b));
     if (std::isnan(l.level_dn.back())) return std::nullopt;
