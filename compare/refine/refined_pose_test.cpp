@@ -7,7 +7,6 @@
 #include <fstream>
 
 #include "compare/refine/refine.hpp"
-#include "tests/support/program/cli_runner.hpp"
 #include "twin/file/cameramodel.hpp"
 #include "twin/merge/merge_into_twin.hpp"
 #include "twin/twin.hpp"
@@ -18,7 +17,8 @@ namespace {
 /// A rig whose projector, with optical axes that do not meet, is a model or has its own lens; `pose`: what
 /// else its table says.
 std::filesystem::path rig(const std::string& name, bool is_model, const std::string& pose) {
-  const auto folder = testing::scratch_folder(name);
+  const auto folder = std::filesystem::temp_directory_path() / ("fringetwin_" + name);
+  std::filesystem::create_directories(folder);
   const RotTrans rt = (RotTrans() << -0.1, 0.35, 0.05, -120.0, 10.0, 30.0).finished();
   CameraModelFile model;
   model.lensmodel = "LENSMODEL_PINHOLE";

@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <utility>
 
 namespace fringetwin {
 namespace {
@@ -59,33 +58,12 @@ std::optional<Pose> with_triangulation(const Pose& T_first_world, const Pose& T_
   const Vector3d to_first = center_mm(T_first_world) - *aim, to_device = center_mm(T_device_world) - *aim;
   const Vector3d normal = to_first.cross(to_device);
   if (!(normal.norm() >= kLeastAngle * to_first.norm() * to_device.norm())) return std::nullopt;
-  const auto moved_by = [&](double turn_rad) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(turn_rad, normal.normalized()).toRotationMatrix();
-    Pose moved = T_device_world;
-    moved.rotation = T_device_world.rotation * turn.transpose();
-    moved.translation_mm = -(moved.rotation * (*aim + turn * to_device));
-    return moved;
-  };
-  // Axes that do not meet have another nearest point after a turn: it is found by the secant method.
-  constexpr int kMostSteps = 50;
-  constexpr double kEnough_rad = 1e-13;
-  const auto off_rad = [&](double turn_rad) -> std::optional<double> {
-    const auto found = triangulation_rad(T_first_world, moved_by(turn_rad));
-    return found ? std::optional(*found - angle_rad) : std::nullopt;
-  };
-  double before_rad = 0.0, at_rad = 0.0;
-  std::optional<double> off_before, off = off_rad(0.0);
-  for (int step = 0; step < kMostSteps; ++step) {
-    if (!off) return std::nullopt;
-    if (std::abs(*off) <= kEnough_rad) return moved_by(at_rad);
-    const double slope = off_before ? (*off - *off_before) / (at_rad - before_rad) : 1.0;
-    if (!(std::abs(slope) > 1e-3)) return std::nullopt;
-    before_rad = std::exchange(at_rad, at_rad - *off / slope);
-    off_before = off;
-    if (at_rad == before_rad) return moved_by(at_rad);
-    off = off_rad(at_rad);
-  }
-  return std::nullopt;
+  const double turn_rad = angle_rad - std::atan2(normal.norm(), to_first.dot(to_device));
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(turn_rad, normal.normalized()).toRotationMatrix();
+  Pose moved = T_device_world;
+  moved.rotation = T_device_world.rotation * turn.transpose();
+  moved.translation_mm = -(moved.rotation * (*aim + turn * to_device));
+  return moved;
 }
 
 }  // namespace fringetwin

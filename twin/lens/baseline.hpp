@@ -28,8 +28,9 @@ std::optional<double> triangulation_rad(const Pose& T_first_world, const Pose& T
 std::optional<Pose> with_baseline(const Pose& T_first_world, const Pose& T_device_world, double baseline_mm);
 
 /// Returns the device's pose after a rigid turn about where it aims, in the plane of that point and both
-/// centres, after which triangulation_rad() is `angle_rad`: where the axes do not meet, of the point that the
-/// turned device aims at. nullopt where it aims nowhere, before or then, or these three lie on one line.
+/// centres, until the ways from that point to both make `angle_rad`. nullopt where it aims nowhere, or these
+/// three lie on one line. Where the axes do not meet, the turned device aims at another point, at which the
+/// angle is a little another one: done again, it is not the same.
 std::optional<Pose> with_triangulation(const Pose& T_first_world, const Pose& T_device_world,
                                        double angle_rad);
 
