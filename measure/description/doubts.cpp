@@ -144,24 +144,24 @@ struct Answer {
   ReadingScore score;
 };
 
-/// Returns the tiles that readings are tried on first, two at most: where the described one does worst, and,
-/// as that may be a place that no reading decodes, where it decodes most of the pixels among those that
-/// contradict it.
+/// Returns the tiles that readings are tried on first: of those that contradict the described one (or of all, where none
+/// does by itself) the worst, the middle and the best one. Some may be places that no reading decodes.
 std::vector<const Sample*> telling_tiles(const std::vector<Sample>& tiles, const Fringes& fringes,
                                          const DecodeOptions& options) {
   const Reading as_described = described_reading(fringes);
-  const Sample *worst = nullptr, *clearest = nullptr;
-  double least_good = 0.0, most_valid = 0.0;
+  std::vector<std::pair<double, const Sample*>> contradicting, all;  // good
   for (const Sample& tile : tiles) {
     const ReadingScore score = tile.score(as_described, options);
     if (score.n == 0) continue;
-    if (!worst || score.good < least_good) worst = &tile, least_good = score.good;
-    if (contradicted(score) && (!clearest || score.valid > most_valid))
-      clearest = &tile, most_valid = score.valid;
+    all.emplace_back(score.good, &tile);
+    if (contradicted(score)) contradicting.push_back(all.back());
   }
+  std::vector<std::pair<double, const Sample*>>& chosen = contradicting.empty() ? all : contradicting;
+  std::ranges::stable_sort(chosen, [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (contradicting.empty()) chosen.resize(std::min<std::size_t>(chosen.size(), 1));
   std::vector<const Sample*> out;
-  if (worst) out.push_back(worst);
-  if (clearest && clearest != worst) out.push_back(clearest);
+  for (const std::size_t k : std::set<std::size_t>{0, chosen.size() / 2, chosen.size() - 1})
+    if (k < chosen.size()) out.push_back(chosen[k].second);
   return out;
 }
 

@@ -250,7 +250,7 @@ TEST(Doubts, WhatNothingSettlesNamesTheNearest) {
   const support::FringeScene s = scene();
   const Fringes right = coded(4, true);
   CameraImages images = support::project(right, s);
-  spoil(images, 0.5);
+  spoil(images, 0.35);
   Fringes wrong = right;
   wrong.directions[0].gray->lsb_first = true;
   const std::string all = told(images, wrong, s, false).all();
