@@ -144,8 +144,9 @@ struct Answer {
   ReadingScore score;
 };
 
-/// Returns the tiles that readings are tried on first: of those that contradict the described one (or of all, where none
-/// does by itself) the worst, the middle and the best one. Some may be places that no reading decodes.
+/// Returns the tiles that readings are tried on first: of those that contradict the described one (or of all,
+/// where none does by itself) the worst, the middle and the best one. Some may be places that no reading
+/// decodes.
 std::vector<const Sample*> telling_tiles(const std::vector<Sample>& tiles, const Fringes& fringes,
                                          const DecodeOptions& options) {
   const Reading as_described = described_reading(fringes);
@@ -198,17 +199,19 @@ Tried try_other_readings(const Sample& all, const std::vector<Sample>& tiles, co
   constexpr double kSame = 1e-3;  // the first of those that are equally good is named
   const bool single_images = jumps_or_few(described) || described.residual > kResidual;
   const std::vector<Reading> readings = other_readings(fringes);
-  std::set<std::size_t> candidates;
-  for (const Sample* tile : telling_tiles(tiles, fringes, options))
-    candidates.merge(screened(*tile, readings, fringes, single_images, options));
+  std::set<std::size_t> tried;
   Tried out;
-  for (const std::size_t k : candidates) {
-    const ReadingScore score = all.score(readings[k], options);
-    if (!readings[k].shifts_only &&
-        score.good > (out.nearest ? out.nearest->score.good + kSame : described.good + kLeastGain))
-      out.nearest = Answer{readings[k], score};
-    if (answers(described, readings[k], score) && (!out.best || score.good > out.best->score.good + kSame))
-      out.best = Answer{readings[k], score};
+  for (const Sample* tile : telling_tiles(tiles, fringes, options)) {
+    for (const std::size_t k : screened(*tile, readings, fringes, single_images, options)) {
+      if (!tried.insert(k).second) continue;
+      const ReadingScore score = all.score(readings[k], options);
+      if (!readings[k].shifts_only &&
+          score.good > (out.nearest ? out.nearest->score.good + kSame : described.good + kLeastGain))
+        out.nearest = Answer{readings[k], score};
+      if (answers(described, readings[k], score) && (!out.best || score.good > out.best->score.good + kSame))
+        out.best = Answer{readings[k], score};
+    }
+    if (out.best) break;
   }
   return out;
 }
