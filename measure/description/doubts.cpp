@@ -162,7 +162,8 @@ std::vector<const Sample*> telling_tiles(const std::vector<Sample>& tiles, const
   if (contradicting.empty()) chosen.resize(std::min<std::size_t>(chosen.size(), 1));
   std::vector<const Sample*> out;
   for (const std::size_t k : {chosen.size() / 2, std::size_t{0}, chosen.size() - 1})
-    if (k < chosen.size() && std::ranges::find(out, chosen[k].second) == out.end()) out.push_back(chosen[k].second);
+    if (k < chosen.size() && std::ranges::find(out, chosen[k].second) == out.end())
+      out.push_back(chosen[k].second);
   return out;
 }
 
