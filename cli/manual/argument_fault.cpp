@@ -118,7 +118,7 @@ Walk walk(const CLI::App& program, const std::vector<std::string>& arguments) {
         return at;
       }
       const bool has_value = name.size() < word.size();
-      if (has_value || option->get_type_size() == 0 || i + 1 == arguments.size()) continue;
+      if (has_value || option->get_items_expected_max() == 0 || i + 1 == arguments.size()) continue;
       const std::string& next = arguments[i + 1];
       const bool is_one = next.size() > 1 && next[0] == '-' && !parse_number<double>(next).has_value() &&
                           find_option(*at.command, next.substr(0, next.find('='))) != nullptr;
