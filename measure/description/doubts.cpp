@@ -195,8 +195,9 @@ struct Tried {
   std::optional<Answer> nearest;  ///< the best of all
 };
 
+/// `is_settled`: the images themselves say what is wrong, so that one tile is enough.
 Tried try_other_readings(const Sample& all, const std::vector<Sample>& tiles, const Fringes& fringes,
-                         const ReadingScore& described, const DecodeOptions& options) {
+                         const ReadingScore& described, const DecodeOptions& options, bool is_settled) {
   constexpr double kSame = 1e-3;  // the first of those that are equally good is named
   const bool single_images = jumps_or_few(described) || described.residual > kResidual;
   const std::vector<Reading> readings = other_readings(fringes);
@@ -212,7 +213,7 @@ Tried try_other_readings(const Sample& all, const std::vector<Sample>& tiles, co
       if (answers(described, readings[k], score) && (!out.best || score.good > out.best->score.good + kSame))
         out.best = Answer{readings[k], score};
     }
-    if (out.best) break;
+    if (out.best || is_settled) break;
   }
   return out;
 }
@@ -248,7 +249,7 @@ std::vector<Doubt> description_doubts(const CameraImages& images, const Fringes&
   std::vector<Sample> each;
   for (std::size_t k = 0; k < tiles.size(); ++k)
     each.emplace_back(tiles.only(k), images, expected, all_steps.min_modulation_dn);
-  const Tried tried = try_other_readings(sample, each, fringes, described, all_steps);
+  const Tried tried = try_other_readings(sample, each, fringes, described, all_steps, !repeated.empty());
   const std::optional<Answer>& best = tried.best;
   const auto tell = [&](const std::string& sentence, bool shows_other_fringes, DoubtKind kind) {
     out.push_back({fmt::format("camera \"{}\": {}", images.camera, sentence), shows_other_fringes, kind});
