@@ -154,6 +154,10 @@ std::string shown(const CLI::Option& option) {
   return text.names.back() + " " + text.value;
 }
 
+UserError without_value(const CLI::App& command, const CLI::Option& option) {
+  return {ExitCode::usage, named(command), shown(option) + " has no value", ""};
+}
+
 UserError missing(const CLI::App& command, const std::string& sentence) {
   const CLI::Option* option = option_at_begin(command, sentence);
   if (option)
@@ -192,15 +196,15 @@ std::optional<UserError> fault_of_taken_option(const CLI::App& program,
                                                const std::vector<std::string>& arguments) {
   const Walk at = walk(program, arguments);
   if (at.fault || !at.without_value) return std::nullopt;
-  return UserError(ExitCode::usage, named(*at.command), shown(*at.without_value) + " has no value", "");
+  return without_value(*at.command, *at.without_value);
 }
 
 UserError argument_fault(const CLI::App& program, const std::vector<std::string>& arguments,
                          const CLI::ParseError& refusal) {
   const Walk at = walk(program, arguments);
   if (at.fault) return *at.fault;
-  if (const auto fault = fault_of_taken_option(program, arguments)) return *fault;
   const CLI::App& command = *at.command;
+  if (at.without_value) return without_value(command, *at.without_value);
   const std::string sentence = refusal.what();
   if (dynamic_cast<const CLI::RequiredError*>(&refusal)) return missing(command, sentence);
   if (dynamic_cast<const CLI::ConversionError*>(&refusal)) return not_converted(command, sentence);
@@ -211,7 +215,7 @@ UserError argument_fault(const CLI::App& program, const std::vector<std::string>
               fmt::format("{} has {} values, at most {}", shown(*option), option->results().size(),
                           option->get_expected_max()),
               ""};
-    if (option) return {ExitCode::usage, named(command), shown(*option) + " has no value", ""};
+    if (option) return without_value(command, *option);
   }
   if (dynamic_cast<const CLI::ExtrasError*>(&refusal)) {
     const std::vector<std::string> extra = program.remaining(true);

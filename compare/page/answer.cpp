@@ -2,6 +2,7 @@
 #include "compare/page/answer.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -250,17 +251,15 @@ const GainRow* brighter_side(const Comparison& c, const Twin& twin) {
 
 NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& twin,
                          const std::vector<std::string>& argv) {
-  std::string value;
-  if (c.refinement)
-    for (const std::string& name : c.refinement->asked) value += name + ",";
-  value += "gain";
+  std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
+  names.emplace_back("gain");
   return {
       fmt::format(
           "the images of camera {} are {:.3g} times as bright as the twin's, and fringes that are weak count "
           "on the brighter side only: give the twin their gain (gain_dn = {:.5g}; projector, surface and "
           "sensor show only as their product) and compare again",
           row.camera, row.gain_dn / twins_gain_dn(twin, row.camera), row.gain_dn),
-      again(twin, argv, "--refine", value, "-refined")};
+      again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
 }
 
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {

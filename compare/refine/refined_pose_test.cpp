@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "compare/refine/refine.hpp"
-#include "twin/file/cameramodel.hpp"
+#include "tests/support/twin/model_in_metres.hpp"
 #include "twin/merge/merge_into_twin.hpp"
 #include "twin/twin.hpp"
 
@@ -19,14 +19,10 @@ namespace {
 std::filesystem::path rig(const std::string& name, bool is_model, const std::string& pose) {
   const auto folder = std::filesystem::temp_directory_path() / ("fringetwin_" + name);
   std::filesystem::create_directories(folder);
-  const RotTrans rt = (RotTrans() << -0.1, 0.35, 0.05, -120.0, 10.0, 30.0).finished();
-  CameraModelFile model;
-  model.lensmodel = "LENSMODEL_PINHOLE";
-  model.intrinsics = {1700, 1700, 639.5, 359.5};
-  for (std::size_t i = 0; i < 6; ++i)
-    model.rt_cam_ref[i] = rt[static_cast<Eigen::Index>(i)] * (i < 3 ? 1.0 : 1e-3);
-  model.imagersize = {1280, 720};
-  write_cameramodel(folder / "projector.cameramodel", model);
+  const Pose T_proj_world = pose_from_rt((RotTrans() << -0.1, 0.35, 0.05, -120.0, 10.0, 30.0).finished());
+  testing::write_model_in_metres(
+      folder / "projector.cameramodel",
+      Lens("LENSMODEL_PINHOLE", {1700, 1700, 639.5, 359.5}, {1280, 720}, "projector"), T_proj_world);
   const std::string own =
       "lensmodel = \"LENSMODEL_PINHOLE\"\nimagersize = [1280, 720]\nintrinsics = [1700, 1700, 639.5, "
       "359.5]\n";

@@ -144,42 +144,49 @@ struct Answer {
   ReadingScore score;
 };
 
+/// A tile, and how the described reading does there.
+struct ScoredTile {
+  const Sample* tile = nullptr;
+  ReadingScore described;
+};
+
 /// Returns the tiles that readings are tried on first: of those that contradict the described one (or of all,
-/// where none does by itself) the worst, the middle and the best one. Some may be places that no reading
+/// where none does by itself) the middle one, the worst and the best. Some may be places that no reading
 /// decodes.
-std::vector<const Sample*> telling_tiles(const std::vector<Sample>& tiles, const Fringes& fringes,
-                                         const DecodeOptions& options) {
+std::vector<ScoredTile> telling_tiles(const std::vector<Sample>& tiles, const Fringes& fringes,
+                                      const DecodeOptions& options) {
   const Reading as_described = described_reading(fringes);
-  std::vector<std::pair<double, const Sample*>> contradicting, all;  // good
+  std::vector<ScoredTile> contradicting, all;
   for (const Sample& tile : tiles) {
     const ReadingScore score = tile.score(as_described, options);
     if (score.n == 0) continue;
-    all.emplace_back(score.good, &tile);
+    all.push_back({&tile, score});
     if (contradicted(score)) contradicting.push_back(all.back());
   }
-  std::vector<std::pair<double, const Sample*>>& chosen = contradicting.empty() ? all : contradicting;
-  std::ranges::stable_sort(chosen, [](const auto& a, const auto& b) { return a.first < b.first; });
-  if (contradicting.empty()) chosen.resize(std::min<std::size_t>(chosen.size(), 1));
-  std::vector<const Sample*> out;
-  for (const std::size_t k : {chosen.size() / 2, std::size_t{0}, chosen.size() - 1})
-    if (k < chosen.size() && std::ranges::find(out, chosen[k].second) == out.end())
-      out.push_back(chosen[k].second);
+  const auto good = [](const ScoredTile& t) { return t.described.good; };
+  if (contradicting.empty()) {
+    const auto worst = std::ranges::min_element(all, {}, good);
+    return worst == all.end() ? all : std::vector<ScoredTile>{*worst};
+  }
+  std::ranges::stable_sort(contradicting, {}, good);
+  std::vector<ScoredTile> out{contradicting[contradicting.size() / 2]};
+  for (const ScoredTile& t : {contradicting.front(), contradicting.back()})
+    if (std::ranges::find(out, t.tile, &ScoredTile::tile) == out.end()) out.push_back(t);
   return out;
 }
 
 /// Returns the places in `readings` of those that answer in a tile, the best six, and of the one that does
 /// best there: one tile tells most of them apart at a ninth of the cost of all.
-std::set<std::size_t> screened(const Sample& tile, const std::vector<Reading>& readings,
-                               const Fringes& fringes, bool single_images, const DecodeOptions& options) {
+std::set<std::size_t> screened(const ScoredTile& at, const std::vector<Reading>& readings, bool single_images,
+                               const DecodeOptions& options) {
   constexpr std::size_t kMost = 6;
-  const ReadingScore described = tile.score(described_reading(fringes), options);
   std::vector<std::pair<double, std::size_t>> answering;  // good, place
-  std::pair<double, std::size_t> best{described.good, readings.size()};
+  std::pair<double, std::size_t> best{at.described.good, readings.size()};
   for (std::size_t k = 0; k < readings.size(); ++k) {
     if (readings[k].single_images && !single_images) continue;
-    const ReadingScore score = tile.score(readings[k], options);
+    const ReadingScore score = at.tile->score(readings[k], options);
     if (!readings[k].shifts_only && score.good > best.first) best = {score.good, k};
-    if (answers(described, readings[k], score)) answering.emplace_back(score.good, k);
+    if (answers(at.described, readings[k], score)) answering.emplace_back(score.good, k);
   }
   std::ranges::stable_sort(answering, [](const auto& a, const auto& b) { return a.first > b.first; });
   answering.resize(std::min(answering.size(), kMost));
@@ -203,8 +210,8 @@ Tried try_other_readings(const Sample& all, const std::vector<Sample>& tiles, co
   const std::vector<Reading> readings = other_readings(fringes);
   std::set<std::size_t> tried;
   Tried out;
-  for (const Sample* tile : telling_tiles(tiles, fringes, options)) {
-    for (const std::size_t k : screened(*tile, readings, fringes, single_images, options)) {
+  for (const ScoredTile& at : telling_tiles(tiles, fringes, options)) {
+    for (const std::size_t k : screened(at, readings, single_images, options)) {
       if (!tried.insert(k).second) continue;
       const ReadingScore score = all.score(readings[k], options);
       if (!readings[k].shifts_only &&

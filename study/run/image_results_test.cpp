@@ -95,11 +95,16 @@ TEST(ImageResults, MeasuredIsTheShareOfTheFirstCamerasPixels) {
   }
 }
 
-TEST(ImageResults, IndicatorsAreThoseOfTheFits) {
-  Case c;
+measure::ObjectFit fit_of_the_ball() {
   measure::ObjectFit fit;
   fit.object = "ball";
   fit.kind = "sphere";
+  return fit;
+}
+
+TEST(ImageResults, IndicatorsAreThoseOfTheFits) {
+  Case c;
+  measure::ObjectFit fit = fit_of_the_ball();
   c.measurement.fits = {fit};
   EXPECT_TRUE(std::isnan(c.at("indicators.ball.sphere_form"))) << "not usable";
   fit.usable = true;
@@ -114,10 +119,7 @@ TEST(ImageResults, IndicatorsAreThoseOfTheFits) {
 // The measured numbers of such a point are as good as any.
 TEST(ImageResults, WhatTheTheoryDoesNotKnowIsNull) {
   Case c;
-  measure::ObjectFit fit;
-  fit.object = "ball";
-  fit.kind = "sphere";
-  c.measurement.fits = {fit};
+  c.measurement.fits = {fit_of_the_ball()};
   EXPECT_GT(c.at("theory.ball.radius_sigma_mm"), 0.0);
   c.theory.clear();
   c.twin.cameras[0].psf_px = 2.0;

@@ -18,7 +18,7 @@
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
 #include "tests/support/program/study_folder.hpp"
-#include "twin/file/cameramodel.hpp"
+#include "tests/support/twin/model_in_metres.hpp"
 #include "twin/lens/baseline.hpp"
 #include "twin/twin.hpp"
 
@@ -37,12 +37,8 @@ rt_cam_world = [0, 0.35, 0, -95, 0, 12]
 /// A study of the small twin whose projector is a .cameramodel file, as `import` and `calibrate` leave it.
 fs::path imported_rig(const std::string& name, const std::string& study) {
   const fs::path dir = study_folder(name, study);
-  CameraModelFile model;
-  model.lensmodel = "LENSMODEL_PINHOLE";
-  model.intrinsics = {1700, 1700, 639.5, 359.5};
-  model.rt_cam_ref = {0, 0.35, 0, -0.095, 0, 0.012};
-  model.imagersize = {1280, 720};
-  write_cameramodel(dir / "projector.cameramodel", model);
+  const Twin drawn = load_twin(dir / "twin.toml");
+  write_model_in_metres(dir / "projector.cameramodel", drawn.projector->lens, drawn.projector->T_proj_world);
   write_file(dir / "twin.toml", small_twin({{kDrawnDevice, "model = \"projector.cameramodel\"\n"}}));
   return dir;
 }

@@ -347,12 +347,7 @@ fs::path calibration_page() {
   std::mt19937_64 random(31);
   const calib::Observations seen =
       draw_observations(true_paper_rig(), random, {.n_boards = 6, .least_corners = 60});
-  std::vector<calib::ImageCorners> images;
-  for (const calib::View& view : seen.views)
-    images.push_back({seen.devices[static_cast<std::size_t>(view.device)].name + "-" +
-                          seen.frames[static_cast<std::size_t>(view.frame)] + ".png",
-                      view.corners, 0});
-  calib::write_corners_vnl(dir / "corners.vnl", images);
+  calib::write_corners_vnl(dir / "corners.vnl", image_corners(seen));
   expect_made({"calibrate",
                "--corners-cache",
                (dir / "corners.vnl").string(),

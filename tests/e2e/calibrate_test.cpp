@@ -35,12 +35,7 @@ class Calibrate : public ::testing::Test {
     observations_ = testing::draw_observations(rig_, random, draw);
   }
   void write_corners() {
-    std::vector<calib::ImageCorners> images;
-    for (const auto& view : observations_.views)
-      images.push_back({observations_.devices[static_cast<std::size_t>(view.device)].name + "-" +
-                            observations_.frames[static_cast<std::size_t>(view.frame)] + ".png",
-                        view.corners, 0});
-    calib::write_corners_vnl(dir_ / "corners.vnl", images);
+    calib::write_corners_vnl(dir_ / "corners.vnl", testing::image_corners(observations_));
   }
   RunResult calibrate(std::vector<std::string> more = {}, const std::string& spacing = "0.012") {
     std::vector<std::string> args{"calibrate",

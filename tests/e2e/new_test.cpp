@@ -17,7 +17,7 @@
 #include <sstream>
 
 #include "tests/support/program/small_twin.hpp"
-#include "twin/file/cameramodel.hpp"
+#include "tests/support/twin/model_in_metres.hpp"
 #include "twin/lens/lens.hpp"
 #include "twin/twin.hpp"
 
@@ -118,15 +118,8 @@ TEST(New, ThePrintedCommandsMeasureTheBall) {
 
 /// Writes a device of a twin as a calibration would, in metres.
 std::string written_model(const fs::path& file, const Lens& lens, const Pose& T_device_world) {
-  CameraModelFile model;
-  model.lensmodel = lens.model();
-  model.intrinsics = lens.intrinsics();
-  const RotTrans rt = rt_from_pose(T_device_world);
-  for (std::size_t i = 0; i < 6; ++i)
-    model.rt_cam_ref[i] = rt[static_cast<Eigen::Index>(i)] * (i < 3 ? 1.0 : 1e-3);
-  model.imagersize = {lens.width(), lens.height()};
   fs::create_directories(file.parent_path());
-  write_cameramodel(file, model);
+  write_model_in_metres(file, lens, T_device_world);
   return file.string();
 }
 

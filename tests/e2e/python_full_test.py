@@ -59,6 +59,15 @@ class SameFiles(unittest.TestCase):
                            for result in (ours, theirs)))
         self.assertTrue(ours["provenance"]["inputs_sha256"])
 
+    def compared_by_both(self, least):
+        """A co-simulation by Python and one by the program are the same; returns the run and the program's folder."""
+        there = self.dir + "/there"
+        program("cosim", self.file, "--out", there, "--radiance", "--npz")
+        run = fringetwin.cosim(self.twin, self.dir + "/here", radiance=True, npz=True)
+        self.assert_same_files(run.path, there, least)
+        self.assert_same_result(run.path, there)
+        return run, there
+
     def assert_images_are_those_of_the_files(self, images, pattern, shape):
         """Gray values as arrays are those of the PNG files, which another library reads."""
         self.assertEqual(len(images), self.twin.n_images)
@@ -90,11 +99,7 @@ class PaperSphere(SameFiles):
     dataset = "paper-sphere"
 
     def test_cosim_is_that_of_the_command_line(self):
-        there = self.dir + "/there"
-        program("cosim", self.file, "--out", there, "--radiance", "--npz")
-        run = fringetwin.cosim(self.twin, self.dir + "/here", radiance=True, npz=True)
-        self.assert_same_files(run.path, there, {".png": 24, ".exr": 26, ".ply": 2, ".npz": 2})
-        self.assert_same_result(run.path, there)
+        run, there = self.compared_by_both({".png": 24, ".exr": 26, ".ply": 2, ".npz": 2})
         rendered = self.twin.render()
         loaded = fringetwin.load_captures(self.twin, there + "/simulated")
         for camera in self.twin.cameras:
@@ -136,11 +141,7 @@ class ReliefCosim(SameFiles):
     dataset = "slmaster-mono-relief"
 
     def test_cosim_is_that_of_the_command_line(self):
-        there = self.dir + "/there"
-        program("cosim", self.file, "--out", there, "--radiance", "--npz")
-        run = fringetwin.cosim(self.twin, self.dir + "/here", radiance=True, npz=True)
-        self.assert_same_files(run.path, there, {".png": 19, ".exr": 19, ".ply": 2, ".npz": 2})
-        self.assert_same_result(run.path, there)
+        run, there = self.compared_by_both({".png": 19, ".exr": 19, ".ply": 2, ".npz": 2})
         self.assertTrue(run.result["gain"] and run.result["phase"] and run.result["coverage"])
         for side in ("real", "simulated"):  # of the odd steps; the shape is that of the even ones
             points = fringetwin.read_points(f"{run.path}/measured_{side}/points.ply")

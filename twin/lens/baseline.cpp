@@ -12,6 +12,8 @@ constexpr double kLeastDistanceMm = 1e-3, kLeastAngle = 1e-3;
 
 Vector3d center_mm(const Pose& T_device_world) { return T_device_world.inverse().translation_mm; }
 Vector3d axis(const Pose& T_device_world) { return T_device_world.rotation.row(2); }
+/// Exact for small angles, too.
+double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 }  // namespace
 
@@ -32,7 +34,7 @@ std::optional<double> triangulation_rad(const Pose& T_first_world, const Pose& T
   const auto aim = aim_mm(T_first_world, T_device_world);
   if (!aim) return std::nullopt;
   const Vector3d to_first = center_mm(T_first_world) - *aim, to_device = center_mm(T_device_world) - *aim;
-  return std::atan2(to_first.cross(to_device).norm(), to_first.dot(to_device));
+  return angle_between(to_first, to_device);
 }
 
 std::optional<Pose> with_baseline(const Pose& T_first_world, const Pose& T_device_world, double baseline_mm) {
@@ -58,7 +60,7 @@ std::optional<Pose> with_triangulation(const Pose& T_first_world, const Pose& T_
   const Vector3d to_first = center_mm(T_first_world) - *aim, to_device = center_mm(T_device_world) - *aim;
   const Vector3d normal = to_first.cross(to_device);
   if (!(normal.norm() >= kLeastAngle * to_first.norm() * to_device.norm())) return std::nullopt;
-  const double turn_rad = angle_rad - std::atan2(normal.norm(), to_first.dot(to_device));
+  const double turn_rad = angle_rad - angle_between(to_first, to_device);
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(turn_rad, normal.normalized()).toRotationMatrix();
   Pose moved = T_device_world;
   moved.rotation = T_device_world.rotation * turn.transpose();

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "calib/board/corners_vnl.hpp"
 #include "calib/solve/calibration.hpp"
 #include "calib/solve/triangulate.hpp"
 #include "tests/support/paper_rig.hpp"
@@ -130,6 +131,16 @@ inline double shape_error_mm(const TrueRig& rig, const calib::Calibration& c, st
                                            {Pose{}, c.devices[other].T_device_ref}, q, p));
   }
   return calib::aligned_rms_mm(measured, truth);
+}
+
+/// Returns the corners of each image, as a corners file names them: "left-007.png".
+inline std::vector<calib::ImageCorners> image_corners(const calib::Observations& seen) {
+  std::vector<calib::ImageCorners> images;
+  for (const calib::View& view : seen.views)
+    images.push_back({seen.devices[static_cast<std::size_t>(view.device)].name + "-" +
+                          seen.frames[static_cast<std::size_t>(view.frame)] + ".png",
+                      view.corners, 0});
+  return images;
 }
 
 }  // namespace fringetwin::testing
