@@ -2,6 +2,7 @@
 #include "study/design/design_plan.hpp"
 
 #include <memory>
+#include <optional>
 
 #include "study/plan/space_filling.hpp"
 #include "study/plan/study_tables.hpp"
@@ -15,8 +16,7 @@ class DesignSettings {
   explicit DesignSettings(const DesignPlan& plan) : plan_(plan) {
     if (plan.is_sampled()) {
       size_ = static_cast<std::size_t>(plan.points);
-      if (plan.design == Design::latin_hypercube)
-        places_ = latin_hypercube(plan.points, dimensions(), plan.seed);
+      if (plan.design == Design::latin_hypercube) latin_.emplace(plan.points, dimensions(), plan.seed);
       return;
     }
     for (const Variation& variation : plan.vary) {
@@ -31,7 +31,7 @@ class DesignSettings {
     Settings out;
     if (plan_.is_sampled()) {
       const std::vector<double> place =
-          places_.empty() ? scrambled_sobol_point(i, dimensions(), plan_.seed) : places_[i];
+          latin_ ? latin_->point(i) : scrambled_sobol_point(i, dimensions(), plan_.seed);
       for (std::size_t d = 0; d < place.size(); ++d) assign_at(plan_.vary[d], place[d], &out);
       return out;
     }
@@ -49,7 +49,7 @@ class DesignSettings {
   DesignPlan plan_;
   std::size_t size_ = 1;
   std::vector<std::vector<std::string>> values_;  ///< of a grid or list, per variation
-  UnitPoints places_;                             ///< of a Latin hypercube
+  std::optional<LatinHypercube> latin_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "render/base/philox.hpp"
 #include "render/base/sobol.hpp"
@@ -40,25 +41,31 @@ double scrambled(std::uint32_t x, std::uint64_t seed, std::uint32_t dimension, s
 
 }  // namespace
 
-UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed) {
-  const auto count = static_cast<std::uint32_t>(n);
-  UnitPoints points(count, std::vector<double>(static_cast<std::size_t>(dimensions)));
-  std::vector<std::uint32_t> order(count);
+LatinHypercube::LatinHypercube(int n, int dimensions, std::uint64_t seed)
+    : count_(static_cast<std::uint32_t>(n)),
+      seed_(seed),
+      order_(static_cast<std::size_t>(n) * static_cast<std::size_t>(dimensions)) {
   for (std::uint32_t d = 0; d < static_cast<std::uint32_t>(dimensions); ++d) {
+    const std::span order = std::span(order_).subspan(std::size_t{d} * count_, count_);
     std::iota(order.begin(), order.end(), 0U);
-    for (std::uint32_t i = count; i > 1; --i) {  // Fisher and Yates
+    for (std::uint32_t i = count_; i > 1; --i) {  // Fisher and Yates
       const auto words = random_words(seed, Use::order, i, d);
       const auto k = static_cast<std::uint32_t>(unit(words[0], words[1]) * i);
       std::swap(order[i - 1], order[k]);
     }
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const auto words = random_words(seed, Use::jitter, i, d);
-      const double place = (order[i] + unit(words[0], words[1])) / count;
-      // rounding may lift the last of an interval over its end
-      points[i][d] = std::min(place, std::nextafter((order[i] + 1.0) / count, 0.0));
-    }
   }
-  return points;
+}
+
+std::vector<double> LatinHypercube::point(std::size_t index) const {
+  std::vector<double> place;
+  for (std::size_t at = index; at < order_.size(); at += count_) {
+    const auto words = random_words(seed_, Use::jitter, static_cast<std::uint32_t>(index),
+                                    static_cast<std::uint32_t>(place.size()));
+    const double drawn = (order_[at] + unit(words[0], words[1])) / count_;
+    // rounding may lift the last of an interval over its end
+    place.push_back(std::min(drawn, std::nextafter((order_[at] + 1.0) / count_, 0.0)));
+  }
+  return place;
 }
 
 UnitPoints scrambled_sobol(int n, int dimensions, std::uint64_t seed) {

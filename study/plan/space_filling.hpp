@@ -9,9 +9,18 @@ namespace fringetwin::study {
 /// [point][dimension], each in [0, 1).
 using UnitPoints = std::vector<std::vector<double>>;
 
-/// Returns n points, in every dimension one at a random place in each of n equal intervals; which goes with
-/// which is drawn (McKay, Beckman and Conover 1979).
-UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed);
+/// n points, in every dimension one at a random place in each of n equal intervals; which goes with which is
+/// drawn (McKay, Beckman and Conover 1979). It keeps that order alone, 4 bytes per coordinate.
+class LatinHypercube {
+ public:
+  LatinHypercube(int n, int dimensions, std::uint64_t seed);
+  std::vector<double> point(std::size_t index) const;
+
+ private:
+  std::uint32_t count_;
+  std::uint64_t seed_;
+  std::vector<std::uint32_t> order_;  ///< the interval of each point, one dimension after the other
+};
 
 /// Returns the first n points of Sobol's sequence, scrambled as Owen does it: each stays uniformly
 /// distributed, and together they keep the net's property (of 2^k points one in each of 2^k equal intervals

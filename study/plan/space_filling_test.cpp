@@ -13,6 +13,13 @@ namespace fringetwin::testing::space_filling_test {
 namespace {
 using namespace fringetwin::study;
 
+UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed) {
+  const LatinHypercube hypercube(n, dimensions, seed);
+  UnitPoints points;
+  for (int i = 0; i < n; ++i) points.push_back(hypercube.point(static_cast<std::size_t>(i)));
+  return points;
+}
+
 /// Every coordinate in [0, 1), and one of n points in each of n equal intervals of each dimension.
 void expect_stratified(const UnitPoints& points) {
   const auto n = static_cast<double>(points.size());
