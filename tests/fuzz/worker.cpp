@@ -232,7 +232,7 @@ std::string fault_of(int status, const std::string& log) {
 }
 
 /// Kills the process when one input takes too long or too much; returns why, empty where it ended by itself.
-std::string watch(pid_t process, const Shared& shared, int* status) {
+std::string watch(pid_t process, const Shared& shared, int* status, bool* too_long) {
   std::size_t runs = 0;
   double computed = 0.0;
   Clock::time_point begun = Clock::now();
@@ -246,6 +246,7 @@ std::string watch(pid_t process, const Shared& shared, int* status) {
     if (computing_seconds(process) - computed > kLongestSeconds)
       fault = fmt::format("more than {} s of computing", kLongestSeconds);
     if (since(begun) > kLongestWait) fault = fmt::format("no end after {} s", kLongestWait);
+    *too_long = !fault.empty();
     if (memory_of(process) > kLargestMemory)
       fault = fmt::format("more than {} MB of memory", kLargestMemory >> 20);
     if (!fault.empty() || cancelled()) {
@@ -270,7 +271,8 @@ WorkerEnd run_worker(const WorkerPlan& plan) {
   if (process < 0) throw std::runtime_error("no further process can be started");
   if (process == 0) be_worker(plan, *shared, log);
   int status = 0;
-  WorkerEnd end{.fault = watch(process, *shared, &status)};
+  WorkerEnd end;
+  end.fault = watch(process, *shared, &status, &end.too_long);
   end.log = get_file(log);
   if (end.fault.empty()) end.fault = fault_of(status, end.log);
   end.runs = shared->runs;
