@@ -31,12 +31,7 @@ Captures load_captures(const Twin& twin, const std::filesystem::path& dir) {
   Captures out;
   for (const Camera& camera : twin.cameras)
     out.cameras.push_back(load_camera_images(set, camera, twin.fringes));
-  out.files.push_back(set.file);
-  for (const CaptureCamera& camera : set.cameras) {
-    out.files.insert(out.files.end(), camera.files.begin(), camera.files.end());
-    if (camera.white) out.files.push_back(*camera.white);
-    if (camera.black) out.files.push_back(*camera.black);
-  }
+  out.files = files_of(set);
   return out;
 }
 

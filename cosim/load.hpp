@@ -22,7 +22,7 @@ void check_renderable(const Twin& twin);
 /// The images of a capture folder.
 struct Captures {
   std::vector<CameraImages> cameras;         ///< order of twin.cameras
-  std::vector<std::filesystem::path> files;  ///< every file that the folder's capture.toml names, and itself
+  std::vector<std::filesystem::path> files;  ///< files_of() the folder's capture.toml
 };
 Captures load_captures(const Twin& twin, const std::filesystem::path& dir);
 

@@ -80,6 +80,13 @@ PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
   });
 }
 
+PyCaptures read_captures(const std::filesystem::path& folder) {
+  return long_call([&] {
+    const CaptureSet set = read_capture_set(folder);
+    return PyCaptures{std::make_shared<std::vector<CameraImages>>(load_stored_images(set)), files_of(set)};
+  });
+}
+
 void bind_camera(py::module_& module) {
   const auto optional_image = [](std::optional<ImageF> CameraImages::*member) {
     return [member](const py::object& self) -> py::object {
@@ -163,6 +170,11 @@ void bind_capture_calls(py::module_& module) {
       "load_captures", &load, py::arg("twin"), py::arg("folder"),
       "Reads the capture set in a folder (capture.toml and its images): Captures of the twin's cameras, "
       "float32 arrays (height, width) in DN, in the order of the sequence.");
+  module.def(
+      "read_captures", &read_captures, py::arg("folder"),
+      "Reads the capture set in a folder (capture.toml and its images) where no twin says what they are: "
+      "Captures of all its cameras, float32 arrays (height, width), values as they are stored; `bit_depth` "
+      "is the file's, 8 or 16. A pattern's images are those on disk, from number 0 without a gap.");
   module.def("captures_from", &captures_from, py::arg("twin"), py::arg("images"),
              "Returns Captures with a copy of the arrays (height, width), DN, of each camera.");
 }

@@ -12,13 +12,13 @@ import numpy as np
 
 from ._core import (CameraImages, Captures, Decode, Measurement as _Measurement, Points, Rendering, Twin as _Twin,
                     UnknownKey, UserError, captures_from as _captures_from, cosim as _cosim, decode, fit_sphere,
-                    load_captures, measure as _measure, set_quiet, triangulate, version)
+                    load_captures, measure as _measure, read_captures, set_quiet, triangulate, version)
 from ._readers import PathLike, Run, read_exr, read_points, read_result, read_study
 from ._toml import toml_text as _toml_text
 
 __all__ = ["CameraImages", "Captures", "Decode", "Measurement", "Points", "Rendering", "Run", "Twin", "UnknownKey",
-           "UserError", "cosim", "decode", "fit_sphere", "load_captures", "measure", "read_exr", "read_points",
-           "read_result", "read_study", "set_quiet", "triangulate", "version"]
+           "UserError", "cosim", "decode", "fit_sphere", "load_captures", "measure", "read_captures", "read_exr",
+           "read_points", "read_result", "read_study", "set_quiet", "triangulate", "version"]
 __version__ = version().split()[0]
 
 

@@ -317,6 +317,21 @@ class Python(unittest.TestCase):
         outside = points["deviation_mm"] > 0
         self.assertTrue((points["red"] >= points["blue"])[outside].all() and (points["red"] <= points["blue"])[~outside].all())
 
+    def test_a_capture_set_is_read_without_its_twin(self):
+        there = fringetwin.read_captures(self.dir + "/cli")
+        loaded = fringetwin.load_captures(self.twin, self.dir + "/cli")
+        self.assertEqual((list(there), there.files), (["left", "right"], loaded.files))
+        for camera in there:
+            self.assertEqual((len(there[camera]), there[camera].bit_depth), (self.twin.n_images, loaded[camera].bit_depth))
+            for k, image in enumerate(there[camera]):
+                np.testing.assert_array_equal(image, loaded[camera][k])
+        self.assertEqual(len(fringetwin.measure(self.twin, there).points), len(fringetwin.measure(self.twin, loaded).points))
+        exr = fringetwin.read_captures(self.dir + "/cli/radiance")["left"]
+        self.assertTrue(exr.radiance)
+        np.testing.assert_array_equal(exr[0], self.rendered.irradiance["left"][0])
+        with self.assertRaisesRegex(fringetwin.UserError, "no such folder"):
+            fringetwin.read_captures(self.dir + "/nowhere")
+
     def test_results_are_read_as_they_are(self):
         with open(self.dir + "/cli-measured/result.json", encoding="utf-8") as result:
             self.assertEqual(fringetwin.read_result(self.dir + "/cli-measured"), json.load(result))

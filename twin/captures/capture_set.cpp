@@ -36,17 +36,18 @@ NumberedName parse_pattern(const TomlTable& table, const std::string& pattern) {
 
 /// Images on disk that the pattern names: the longest run of numbers from 0, without the white and
 /// black reference images.
-int count_on_disk(const NumberedName& name, const fs::path& root, const CaptureCamera& camera) {
-  int count = 0;
+std::vector<fs::path> files_on_disk(const NumberedName& name, const fs::path& root,
+                                    const CaptureCamera& camera) {
+  std::vector<fs::path> files;
   std::error_code error;
   for (std::size_t number = 0; number <= kLongestSequence; ++number) {
     throw_if_cancelled();
     const fs::path file = tidy_path(root / name(static_cast<int>(number)));
     if (file == camera.white || file == camera.black) continue;
     if (!fs::exists(file, error)) break;
-    ++count;
+    files.push_back(file);
   }
-  return count;
+  return files;
 }
 
 std::optional<double> read_gray_code_exposure(const TomlTable& table) {
@@ -59,7 +60,8 @@ std::optional<double> read_gray_code_exposure(const TomlTable& table) {
   return value == 1.0 ? std::nullopt : value;
 }
 
-void read_file_names(const TomlTable& table, const fs::path& root, int n_images, CaptureCamera* camera) {
+void read_file_names(const TomlTable& table, const fs::path& root, const std::optional<int>& n_images,
+                     CaptureCamera* camera) {
   if (table.has("pattern") == table.has("files"))
     table.fail(table.has("files") ? "files" : "",
                table.has("files") ? "and pattern exclude each other" : "needs pattern or files",
@@ -72,12 +74,16 @@ void read_file_names(const TomlTable& table, const fs::path& root, int n_images,
     return;
   }
   const NumberedName name = parse_pattern(table, table.required_string("pattern"));
-  for (int number = 0; number < n_images; ++number) camera->files.push_back(tidy_path(root / name(number)));
   camera->pattern = tidy_path(root / table.required_string("pattern")).string();
-  camera->images_on_disk = count_on_disk(name, root, *camera);
+  std::vector<fs::path> on_disk = files_on_disk(name, root, *camera);
+  camera->images_on_disk = static_cast<int>(on_disk.size());
+  if (!n_images) camera->files = std::move(on_disk);
+  for (int number = 0; number < n_images.value_or(0); ++number)
+    camera->files.push_back(tidy_path(root / name(number)));
 }
 
-CaptureCamera read_camera(const TomlTable& table, const fs::path& folder, int n_images) {
+CaptureCamera read_camera(const TomlTable& table, const fs::path& folder,
+                          const std::optional<int>& n_images) {
   table.allow({"name", "pattern", "files", "root", "white", "black", "gray_code_exposure"});
   CaptureCamera camera;
   camera.name = table.required_string("name");
@@ -97,8 +103,8 @@ const CaptureCamera* CaptureSet::find(const std::string& camera) const {
   return it == cameras.end() ? nullptr : &*it;
 }
 
-CaptureSet read_capture_set(const fs::path& dir, int n_images) {
-  FT_CHECK(n_images > 0, fmt::format("a sequence of {} images", n_images));
+CaptureSet read_capture_set(const fs::path& dir, std::optional<int> n_images) {
+  FT_CHECK(!n_images || *n_images > 0, fmt::format("a sequence of {} images", *n_images));
   std::error_code error;
   if (!fs::is_directory(dir, error))
     throw UserError(ExitCode::input, dir.string(), "no such folder",
@@ -126,6 +132,16 @@ CaptureSet read_capture_set(const fs::path& dir, int n_images) {
   if (set.cameras.empty()) root.fail("camera", "is missing", "a capture set needs a [[camera]]");
   if (const auto provenance = root.table("provenance")) set.provenance = provenance->flattened();
   return set;
+}
+
+std::vector<fs::path> files_of(const CaptureSet& set) {
+  std::vector<fs::path> files{set.file};
+  for (const CaptureCamera& camera : set.cameras) {
+    files.insert(files.end(), camera.files.begin(), camera.files.end());
+    if (camera.white) files.push_back(*camera.white);
+    if (camera.black) files.push_back(*camera.black);
+  }
+  return files;
 }
 
 void write_capture_toml(const fs::path& dir, const std::vector<CaptureEntry>& cameras,
