@@ -3,12 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <functional>
+
 #include "compare/held_out/held_out.hpp"
 #include "compare/page/answer.hpp"
 #include "compare/page/field_table.hpp"
 #include "compare/page/report_gain.hpp"
 #include "compare/page/report_parts.hpp"
-#include "compare/result/milestones.hpp"
 #include "compare/result/tables.hpp"
 #include "compare/verdict/overall.hpp"
 #include "report/cloud_canvas.hpp"
@@ -17,6 +18,8 @@
 #include "report/table.hpp"
 #include "report/text.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/parallel.hpp"
+#include "twin/base/progress.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::compare {
@@ -73,32 +76,48 @@ std::string footer_html(const Twin& twin, const Provenance& p) {
          "real.</p>";
 }
 
-constexpr std::size_t kSections = 14;  ///< that take their time, each with plots or maps
-
-/// Adds sections to a page, and shows how far it is.
+/// The sections of a page, made side by side: most of the time goes into plots, each a process of its own,
+/// and into the compression of maps.
 class Sections {
  public:
-  explicit Sections(Page& page) : page_(page) {}
-  void add(const std::string& id, const std::string& title, const std::string& body) {
-    if (!body.empty()) page_.sections.push_back({id, title, body});
-    progress_.step();
+  void add(std::string id, std::string title, std::function<std::string()> body) {
+    parts_.push_back({std::move(id), std::move(title), std::move(body)});
   }
-  /// Adds a section for every table of the result that says it is one.
-  void add_plain_tables(const Comparison& c) {
-    for (const Table& of : tables()) {
-      const std::vector<const void*> rows =
-          of.heading.empty() ? std::vector<const void*>{} : of.rows_of_comparison(c);
-      if (rows.empty()) continue;
-      report::Table table = field_table(of.fields(), rows);
-      table.caption = of.caption;
-      page_.sections.push_back({of.key, of.heading, table.html()});
-    }
+  /// Puts those that are not empty on the page, in the order in which they were added, and shows how far it
+  /// is.
+  void put_on(Page& page) const {
+    Progress progress("page", parts_.size());
+    std::vector<std::string> bodies(parts_.size());
+    for_each_parallel(static_cast<int>(parts_.size()), [&](int i) {
+      const auto k = static_cast<std::size_t>(i);
+      bodies[k] = parts_[k].body();
+      progress.advance();
+    });
+    for (std::size_t k = 0; k < parts_.size(); ++k)
+      if (!bodies[k].empty()) page.sections.push_back({parts_[k].id, parts_[k].title, bodies[k]});
   }
 
  private:
-  Page& page_;
-  Milestones progress_{"page", kSections};
+  struct Part {
+    std::string id, title;
+    std::function<std::string()> body;
+  };
+  std::vector<Part> parts_;
 };
+
+/// Adds a section for every table of the result that says it is one.
+void add_plain_tables(const Comparison& c, Sections& sections) {
+  for (const Table& of : tables()) {
+    if (of.heading.empty()) continue;
+    sections.add(of.key, of.heading, [&of, &c]() -> std::string {
+      const std::vector<const void*> rows = of.rows_of_comparison(c);
+      if (rows.empty()) return "";
+      report::Table table = field_table(of.fields(), rows);
+      table.caption = of.caption;
+      return table.html();
+    });
+  }
+}
 
 std::string subtitle(const Twin& twin, const ReportInput& in) {
   std::string cameras;
@@ -141,24 +160,27 @@ void write_report(const std::filesystem::path& dir, const Twin& twin, const Side
                       explained_summary_html(comparison) + glance_html(comparison);
   page.note = options.note;
   page.warnings = comparison.warnings;
-  Sections sections(page);
-  sections.add("refined", "Refined values", refinement_html(comparison));
+  const Comparison& c = comparison;
+  Sections sections;
+  sections.add("refined", "Refined values", [&] { return refinement_html(c); });
   sections.add("causes", "What the budget does not explain",
-               causes_html(comparison) + pattern_html(comparison));
-  sections.add("coverage", "Coverage", coverage_html(in));
-  sections.add("fits", "Fitted geometry", fits_html(in) + indicators_html(comparison));
-  sections.add("gain", "Gain", gain_table_html(comparison) + gain_checks_html(comparison));
-  sections.add("images", "Fringe images", gray_figures_html(in));
-  sections.add("held_out_worst", "The held-out image predicted worst", held_out_figures_html(in));
-  sections.add("budget", "What the gray residual is made of", budget_html(comparison));
-  sections.add("noise", "Noise", noise_html(in));
-  sections.add("shift", "Shift between the images", shift_html(in));
-  const std::string phase_table = phase_table_html(comparison);
-  sections.add("phase", "Phase", phase_table + phase_budget_html(comparison) + phase_figures_html(in));
-  sections.add("deviation", "Deviation from the fitted surface", geometry_figures_html(in));
-  sections.add("explained", "Uncertainty budget", explained_html(comparison));
-  sections.add_plain_tables(comparison);
-  sections.add("timing", "Timing", timing_html(timing_s));
+               [&] { return causes_html(c) + pattern_html(c); });
+  sections.add("coverage", "Coverage", [&] { return coverage_html(in); });
+  sections.add("fits", "Fitted geometry", [&] { return fits_html(in) + indicators_html(c); });
+  sections.add("gain", "Gain", [&] { return gain_table_html(c) + gain_checks_html(c); });
+  sections.add("images", "Fringe images", [&] { return gray_figures_html(in); });
+  sections.add("held_out_worst", "The held-out image predicted worst",
+               [&] { return held_out_figures_html(in); });
+  sections.add("budget", "What the gray residual is made of", [&] { return budget_html(c); });
+  sections.add("noise", "Noise", [&] { return noise_html(in); });
+  sections.add("shift", "Shift between the images", [&] { return shift_html(in); });
+  sections.add("phase", "Phase",
+               [&] { return phase_table_html(c) + phase_budget_html(c) + phase_figures_html(in); });
+  sections.add("deviation", "Deviation from the fitted surface", [&] { return geometry_figures_html(in); });
+  sections.add("explained", "Uncertainty budget", [&] { return explained_html(c); });
+  add_plain_tables(c, sections);
+  sections.add("timing", "Timing", [&] { return timing_html(timing_s); });
+  sections.put_on(page);
   page.footer_html = footer_html(twin, provenance);
   page.script = report::cloud_script();
   write_text_file(dir / "report.html", page.html());
