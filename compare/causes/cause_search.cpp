@@ -165,6 +165,15 @@ std::size_t CauseSearch::group_at(const char* name) const {
 
 bool CauseSearch::is_switch(std::size_t g) const { return parameters_[groups_[g].at[0]].is_switch; }
 
+Sensitivity::Values CauseSearch::switched(std::size_t g) const {
+  const std::size_t at = groups_[g].at[0];
+  const float step = parameters_[at].start > 0.5 ? -1.0F : 1.0F;
+  Sensitivity::Values out = base_;
+  for (std::size_t c = 0; c < out.size(); ++c)
+    for (std::size_t i = 0; i < out[c].size(); ++i) out[c][i] += step * columns_.each[at][c][i];
+  return out;
+}
+
 bool CauseSearch::is_one_spread(std::size_t g, std::size_t other) const {
   const std::string &a = groups_[g].name, &b = groups_[other].name;
   return (a == "halo" && b == "blur") || (a == "blur" && b == "halo");
@@ -245,7 +254,8 @@ CauseFit CauseSearch::fit(const std::vector<std::size_t>& groups, const PixelFie
     if (first) lit.head(n_first) = first->values;
     start = {.values = lit, .predicted = sensitivity_.predicted(twin_, own, lit)};
   }
-  if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); })) start = {};
+  if (std::ranges::any_of(groups, [this](std::size_t g) { return is_switch(g); }))
+    start = {.predicted = groups.size() == 1 ? switched(groups[0]) : Sensitivity::Values{}};
   start.only_values = only_values;
   return fit_cause(sensitivity_, twin_, own, field ? field->free : FreePerPixel::nothing, std::move(start));
 }

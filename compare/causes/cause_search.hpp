@@ -51,6 +51,9 @@ class CauseSearch {
   double removed_by(const NormalEquations& e, const std::vector<std::size_t>& groups,
                     std::size_t every = 1) const;
   bool is_switch(std::size_t g) const;
+  /// Returns what the twin predicts with this switch turned. Light from surface to surface does not depend on
+  /// the points per pixel (render/indirect), so its column has all that a rendering of its own would have.
+  Sensitivity::Values switched(std::size_t g) const;
   /// Returns whether these are the halo and the blur of one point spread, which no linear step tells to be
   /// wrong together: a part without light has no width.
   bool is_one_spread(std::size_t g, std::size_t other) const;

@@ -12,6 +12,7 @@
 
 #include "compare/causes/cause_decision.hpp"
 #include "compare/page/moved_parts.hpp"
+#include "compare/page/shown_by_images.hpp"
 #include "compare/parameters/parameters.hpp"
 #include "report/text.hpp"
 #include "twin/base/constants.hpp"
@@ -262,6 +263,17 @@ NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& tw
       again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
 }
 
+NextStep shown_step(const ShownByImages& shown, const Comparison& c, const Twin& twin,
+                    const std::vector<std::string>& argv) {
+  std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
+  names.insert(names.end(), shown.names.begin(), shown.names.end());
+  return {
+      fmt::format(
+          "no cause that was tested explains all; the images show {}: fit {} to them and see what is left",
+          listed(shown.words), shown.names.size() == 1 ? "it" : "these together"),
+      again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
+}
+
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
   for (const std::string& together : c.causes.together) {
     if (const std::string value = refine_value(c, together); !value.empty())
@@ -274,6 +286,8 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
   }
   if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
   if (const GainRow* brighter = brighter_side(c, twin)) return brightness_step(*brighter, c, twin, argv);
+  if (const ShownByImages shown = shown_by_images(c, twin); !shown.names.empty())
+    return shown_step(shown, c, twin, argv);
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())
     return {

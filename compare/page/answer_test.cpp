@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "report/text.hpp"
+#include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::compare::answer_test {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 ExplainedRow row_of(const std::string& quantity, const std::string& state, double rms = 0.0,
@@ -200,6 +202,47 @@ TEST(Answer, WithoutACauseTheWarningsComeFirst) {
   Comparison c = gray_differs();
   c.warnings = {"left: another order of the images", "second"};
   EXPECT_EQ(next_step(c, {}, kCosim).text, "read the warnings: left: another order of the images");
+}
+
+/// A rig whose images may be refined by anything that belongs to projector and camera.
+Twin rig() {
+  Twin twin = testing::with_object(testing::paper_rig(), "ball", testing::physical_sphere());
+  twin.file = "my twin.toml";
+  return twin;
+}
+
+// What real rigs show: lamps flicker, projectors bend the waveform, surfaces are no single gray; no one of
+// these explains all.
+TEST(Answer, WhatTheImagesShowIsFittedTogetherWhereNoCauseExplainsAll) {
+  Comparison c = gray_differs();
+  c.warnings = {"of exposure"};
+  c.explained[2] = row_of("phase", kNotExplained, 0.05, 1.8);
+  c.explained[2].brightness_chi2 = 80.0, c.explained[2].harmonic_chi2 = 7.0;
+  c.explained[2].ripple_limit = 4.6;
+  for (const auto& [group, alone] :
+       {std::pair{"blur", 0.4}, {"texture and offset", 0.97}, {"texture", 0.9}}) {
+    CauseRow& row = c.causes.rows.emplace_back();
+    row.group = group, row.alone = alone;
+  }
+  const NextStep next = next_step(c, rig(), kCosim);
+  EXPECT_THAT(next.text, HasSubstr("no cause that was tested explains all; the images show light that varies "
+                                   "from image to image, fringes of another waveform, a brightness"));
+  EXPECT_EQ(
+      command(next),
+      "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine light,harmonics,texture,offset");
+  c.causes.rows[1].alone = 0.45, c.causes.rows[2].alone = 0.48;  // of each too little
+  c.explained[2].harmonic_chi2 = 4.5;
+  EXPECT_THAT(next_step(c, rig(), kCosim).text, HasSubstr("from image to image: fit it to them"));
+  EXPECT_THAT(command(next_step(c, rig(), kCosim)), EndsWith("--refine light"));
+  c.causes.rows[2].alone = 0.8;
+  c.refinement.emplace().asked = {"light", "albedo"};  // a texture contains the albedo, and light is fitted
+  EXPECT_EQ(next_step(c, rig(), kCosim).text, "read the warnings: of exposure");
+  c.refinement->asked = {"light"};
+  EXPECT_THAT(command(next_step(c, rig(), kCosim)), EndsWith("--refine light,texture"));
+  Twin by_white = rig();
+  by_white.fringes.unwrap = Unwrap::gray;
+  by_white.fringes.directions[0].gray.emplace().threshold = GrayCode::Threshold::white_black;
+  EXPECT_EQ(next_step(c, by_white, kCosim).text, "read the warnings: of exposure");
 }
 
 // A projector that is brighter than the twin's: the gain takes that up, and weak fringes at outlines are
