@@ -12,6 +12,7 @@
 #include "python/types.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
+#include "twin/captures/stored_images.hpp"
 
 namespace fringetwin::python {
 namespace {
@@ -80,20 +81,57 @@ PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
   });
 }
 
-PyCaptures read_captures(const std::filesystem::path& folder) {
+std::map<std::string, std::shared_ptr<StoredImages>> read_captures(const std::filesystem::path& folder) {
   return long_call([&] {
-    const CaptureSet set = read_capture_set(folder);
-    return PyCaptures{std::make_shared<std::vector<CameraImages>>(load_stored_images(set)), files_of(set)};
+    std::map<std::string, std::shared_ptr<StoredImages>> cameras;
+    for (StoredImages& images : load_stored_images(read_capture_set(folder))) {
+      const std::string name = images.camera;
+      cameras[name] = std::make_shared<StoredImages>(std::move(images));
+    }
+    return cameras;
   });
 }
 
-void bind_camera(py::module_& module) {
-  const auto optional_image = [](std::optional<ImageF> CameraImages::*member) {
-    return [member](const py::object& self) -> py::object {
-      std::optional<ImageF>& image = self.cast<CameraImages&>().*member;
-      return image ? py::object(array_over(*image, self)) : py::none();
-    };
+/// A getter of an image that may be there.
+template <class Images>
+auto optional_image(std::optional<ImageF> Images::*member) {
+  return [member](const py::object& self) -> py::object {
+    std::optional<ImageF>& image = self.cast<Images&>().*member;
+    return image ? py::object(array_over(*image, self)) : py::none();
   };
+}
+
+/// A getter of the image of an index, which counts from the end where it is negative.
+template <class Images>
+auto image_at() {
+  return [](const py::object& self, py::ssize_t i) {
+    std::vector<ImageF>& images = self.cast<Images&>().images;
+    const auto n = static_cast<py::ssize_t>(images.size());
+    if (i < 0) i += n;
+    if (i < 0 || i >= n) throw py::index_error();
+    return array_over(images[static_cast<std::size_t>(i)], self);
+  };
+}
+
+void bind_stored(py::module_& module) {
+  py::class_<StoredImages, std::shared_ptr<StoredImages>>(
+      module, "StoredImages",
+      "The images of one camera of a capture set as they are stored: a sequence of float32 arrays (height, "
+      "width). The arrays lie in the program's memory; nothing is copied.")
+      .def_readonly("camera", &StoredImages::camera, "Name of the camera.")
+      .def_readonly("file_bits", &StoredImages::file_bits,
+                    "Bits of the files' values: 8, 16, 32 for EXR. The sensor may have fewer.")
+      .def_readonly("radiance", &StoredImages::radiance, "True: values are irradiance, before the sensor.")
+      .def_property_readonly("white", optional_image(&StoredImages::white),
+                             "The white reference (height, width); None without.")
+      .def_property_readonly("black", optional_image(&StoredImages::black),
+                             "The black reference (height, width); None without.")
+      .def("__len__", [](const StoredImages& images) { return images.images.size(); })
+      .def("__getitem__", image_at<StoredImages>(), py::arg("index"),
+           "Returns image `index`, float32 (height, width).");
+}
+
+void bind_camera(py::module_& module) {
   py::class_<CameraImages, std::shared_ptr<CameraImages>>(
       module, "CameraImages",
       "The images of one camera in the order of the sequence: a sequence of float32 arrays (height, width), "
@@ -106,22 +144,15 @@ void bind_camera(py::module_& module) {
       .def_property_readonly("black", optional_image(&CameraImages::black),
                              "The black reference (height, width), DN; None without.")
       .def("__len__", [](const CameraImages& images) { return images.images.size(); })
-      .def(
-          "__getitem__",
-          [](const py::object& self, py::ssize_t i) {
-            std::vector<ImageF>& images = self.cast<CameraImages&>().images;
-            const auto n = static_cast<py::ssize_t>(images.size());
-            if (i < 0) i += n;
-            if (i < 0 || i >= n) throw py::index_error();
-            return array_over(images[static_cast<std::size_t>(i)], self);
-          },
-          py::arg("index"), "Returns image `index` of the sequence, float32 (height, width).");
+      .def("__getitem__", image_at<CameraImages>(), py::arg("index"),
+           "Returns image `index` of the sequence, float32 (height, width).");
 }
 
 }  // namespace
 
 void bind_captures(py::module_& module) {
   bind_camera(module);
+  bind_stored(module);
   py::class_<PyCaptures>(module, "Captures",
                          "The images of all cameras of a twin by the cameras' names: a mapping to "
                          "CameraImages. Real and simulated captures are the same.")
@@ -172,9 +203,9 @@ void bind_capture_calls(py::module_& module) {
       "float32 arrays (height, width) in DN, in the order of the sequence.");
   module.def(
       "read_captures", &read_captures, py::arg("folder"),
-      "Reads the capture set in a folder (capture.toml and its images) where no twin says what they are: "
-      "Captures of all its cameras, float32 arrays (height, width), values as they are stored; `bit_depth` "
-      "is the file's, 8 or 16. A pattern's images are those on disk, from number 0 without a gap.");
+      "Reads the capture set in a folder (capture.toml and its images) where no twin says what they are: the "
+      "StoredImages of each camera by its name, values as they are stored. A pattern's images are those on "
+      "disk, from number 0 without a gap. To measure or compare them, load_captures(twin, folder).");
   module.def("captures_from", &captures_from, py::arg("twin"), py::arg("images"),
              "Returns Captures with a copy of the arrays (height, width), DN, of each camera.");
 }

@@ -263,6 +263,13 @@ NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& tw
       again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
 }
 
+/// Returns whether a warning says that the real images are not what the twin describes, or measure badly: a
+/// refinement would fit that.
+bool is_measurement_doubted(const Comparison& c) {
+  return c.causes.rows.empty() ||  // none was looked for: the images show other fringes than the twin
+         std::ranges::any_of(c.warnings, [](const std::string& w) { return w.starts_with("real: "); });
+}
+
 NextStep shown_step(const ShownByImages& shown, const Comparison& c, const Twin& twin,
                     const std::vector<std::string>& argv) {
   std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
@@ -286,7 +293,8 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
   }
   if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
   if (const GainRow* brighter = brighter_side(c, twin)) return brightness_step(*brighter, c, twin, argv);
-  if (const ShownByImages shown = shown_by_images(c, twin); !shown.names.empty())
+  if (const ShownByImages shown = shown_by_images(c, twin);
+      !shown.names.empty() && !is_measurement_doubted(c))
     return shown_step(shown, c, twin, argv);
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())

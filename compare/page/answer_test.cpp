@@ -239,6 +239,12 @@ TEST(Answer, WhatTheImagesShowIsFittedTogetherWhereNoCauseExplainsAll) {
   EXPECT_EQ(next_step(c, rig(), kCosim).text, "read the warnings: of exposure");
   c.refinement->asked = {"light"};
   EXPECT_THAT(command(next_step(c, rig(), kCosim)), EndsWith("--refine light,texture"));
+  c.warnings.emplace_back("real: left: image 7 repeats image 6");  // the description comes first
+  EXPECT_EQ(next_step(c, rig(), kCosim).text, "read the warnings: of exposure");
+  c.warnings.pop_back();
+  Comparison far_off = c;
+  far_off.causes.rows.clear();
+  EXPECT_EQ(next_step(far_off, rig(), kCosim).text, "read the warnings: of exposure");
   Twin by_white = rig();
   by_white.fringes.unwrap = Unwrap::gray;
   by_white.fringes.directions[0].gray.emplace().threshold = GrayCode::Threshold::white_black;

@@ -94,7 +94,7 @@ class Sections {
       progress.advance();
     });
     for (std::size_t k = 0; k < parts_.size(); ++k)
-      if (!bodies[k].empty()) page.sections.push_back({parts_[k].id, parts_[k].title, bodies[k]});
+      if (!bodies[k].empty()) page.sections.push_back({parts_[k].id, parts_[k].title, std::move(bodies[k])});
   }
 
  private:

@@ -10,13 +10,13 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._core import (CameraImages, Captures, Decode, Measurement as _Measurement, Points, Rendering, Twin as _Twin,
-                    UnknownKey, UserError, captures_from as _captures_from, cosim as _cosim, decode, fit_sphere,
+from ._core import (CameraImages, Captures, Decode, Measurement as _Measurement, Points, Rendering, StoredImages,
+                    Twin as _Twin, UnknownKey, UserError, captures_from as _captures_from, cosim as _cosim, decode, fit_sphere,
                     load_captures, measure as _measure, read_captures, set_quiet, triangulate, version)
 from ._readers import PathLike, Run, read_exr, read_points, read_result, read_study
 from ._toml import toml_text as _toml_text
 
-__all__ = ["CameraImages", "Captures", "Decode", "Measurement", "Points", "Rendering", "Run", "Twin", "UnknownKey",
+__all__ = ["CameraImages", "Captures", "Decode", "Measurement", "Points", "Rendering", "Run", "StoredImages", "Twin", "UnknownKey",
            "UserError", "cosim", "decode", "fit_sphere", "load_captures", "measure", "read_captures", "read_exr",
            "read_points", "read_result", "read_study", "set_quiet", "triangulate", "version"]
 __version__ = version().split()[0]
@@ -79,6 +79,9 @@ def measure(twin: Twin, captures: Union[PathLike, Captures, Mapping[str, Sequenc
     if isinstance(captures, (str, os.PathLike)):
         captures = load_captures(twin, captures)
     elif not isinstance(captures, Captures):
+        if any(isinstance(captures[name], StoredImages) for name in captures):
+            raise TypeError("images of read_captures() are as they are stored: measure a folder, or what "
+                            "load_captures(twin, folder) returns")
         captures = _captures_from(twin, {name: list(captures[name]) for name in captures})
     measurement = Measurement(_measure(twin, captures, method_bias))
     if out is not None:

@@ -8,6 +8,7 @@
 
 #include "render/base/philox.hpp"
 #include "render/base/sobol.hpp"
+#include "twin/base/errors.hpp"
 
 namespace fringetwin::study {
 namespace {
@@ -57,6 +58,7 @@ LatinHypercube::LatinHypercube(int n, int dimensions, std::uint64_t seed)
 }
 
 std::vector<double> LatinHypercube::point(std::size_t index) const {
+  FT_CHECK(index < count_, "a point of the hypercube");
   std::vector<double> place;
   for (std::size_t at = index; at < order_.size(); at += count_) {
     const auto words = random_words(seed_, Use::jitter, static_cast<std::uint32_t>(index),

@@ -99,6 +99,10 @@ TEST(SpaceFilling, ScramblingIsNestedAndNoShift) {
 TEST(SpaceFilling, SeedsDecideAndALongerSobolGoesOn) {
   EXPECT_EQ(latin_hypercube(50, 3, 1), latin_hypercube(50, 3, 1));
   EXPECT_NE(latin_hypercube(50, 3, 1), latin_hypercube(50, 3, 2));
+  // a study that is resumed by a later program goes on with the points of its study.db
+  const LatinHypercube first_release(1000, 7, 5);
+  EXPECT_EQ(first_release.point(0)[0], 0.47676598215779986);
+  EXPECT_EQ(first_release.point(999)[6], 0.37934818181194441);
   EXPECT_NE(scrambled_sobol(50, 3, 1), scrambled_sobol(50, 3, 2));
   const UnitPoints shorter = scrambled_sobol(50, 3, 1);
   UnitPoints longer = scrambled_sobol(80, 3, 1);

@@ -46,7 +46,10 @@ fs::path keep(const Options& options, const Target& target, const WorkerEnd& end
 /// Whether what took too long is read in time by itself: a machine that is held up makes anything slow, and
 /// the time that other guests of its processor take counts as computing here.
 bool is_in_time_again(const Target& target, const WorkerEnd& end) {
-  return end.too_long && run_worker({.target = &target, .replayed = end.input}).fault.empty();
+  if (!end.too_long) return false;
+  const bool in_time = run_worker({.target = &target, .replayed = end.input}).fault.empty() && !cancelled();
+  if (in_time) fmt::print("{}: {} once, and in time when it was read again\n", target.name, end.fault);
+  return in_time;
 }
 
 /// Fuzzes one target for its share of the time, anew after each finding. Returns the number of findings.

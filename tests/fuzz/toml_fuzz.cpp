@@ -9,6 +9,7 @@
 #include "tests/fuzz/structured.hpp"
 #include "tests/fuzz/target.hpp"
 #include "twin/captures/capture_set.hpp"
+#include "twin/captures/stored_images.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::fuzz {
@@ -61,6 +62,7 @@ void read_set(const std::string& input) {
   read_or_refuse([&] {
     load_camera_images(read_capture_set(folder, n), tiny_twin().cameras.front(), tiny_twin().fringes);
   });
+  read_or_refuse([] { load_stored_images(read_capture_set(folder)); });
   capture::verify_set(folder, &tiny_twin());
 }
 

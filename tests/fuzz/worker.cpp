@@ -245,8 +245,8 @@ std::string watch(pid_t process, const Shared& shared, int* status, bool* too_lo
     std::string fault;
     if (computing_seconds(process) - computed > kLongestSeconds)
       fault = fmt::format("more than {} s of computing", kLongestSeconds);
-    if (since(begun) > kLongestWait) fault = fmt::format("no end after {} s", kLongestWait);
     *too_long = !fault.empty();
+    if (since(begun) > kLongestWait) fault = fmt::format("no end after {} s", kLongestWait);
     if (memory_of(process) > kLargestMemory)
       fault = fmt::format("more than {} MB of memory", kLargestMemory >> 20);
     if (!fault.empty() || cancelled()) {

@@ -33,7 +33,7 @@ struct WorkerEnd {
   std::string fault = {};  ///< what broke; empty: nothing
   std::string input = {};  ///< that did it
   std::string log = {};    ///< what the process has written to stderr last
-  bool too_long = false;   ///< the fault is the time that the input took
+  bool too_long = false;   ///< the input took more than kLongestSeconds of computing
 };
 
 /// Runs a process and waits for its end.

@@ -9,6 +9,7 @@
 #include "twin/base/parallel.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/captures/clip.hpp"
+#include "twin/captures/load_images.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin {
@@ -65,9 +66,6 @@ ImageF load_dn(const fs::path& file, const Camera& camera, const std::optional<C
 
 ImageF load_image(const fs::path& file, const Camera& camera, bool radiance,
                   const std::optional<ColourChannel>& channel) {
-  if (is_exr_name(file) != radiance)
-    throw UserError(ExitCode::input, file.string(),
-                    "a capture set has either EXR images (irradiance) or gray images, not both");
   return radiance ? image_of_camera(read_irradiance(file, right_size(camera)), camera)
                   : load_dn(file, camera, channel);
 }
@@ -93,6 +91,27 @@ void write_all(const fs::path& dir, const CameraImages& images, const char* exte
 }
 
 }  // namespace
+
+bool has_radiance(const CaptureCamera& source) { return is_exr_name(source.files.front()); }
+
+LoadedImages load_images(const CaptureCamera& source, const std::function<ImageF(const fs::path&)>& load) {
+  const bool radiance = has_radiance(source);
+  const auto load_one = [&](const fs::path& file) {
+    if (is_exr_name(file) != radiance)
+      throw UserError(ExitCode::input, file.string(),
+                      "a capture set has either EXR images (irradiance) or gray images, not both");
+    return load(file);
+  };
+  LoadedImages loaded;
+  loaded.images.resize(source.files.size());
+  for_each_parallel(static_cast<int>(source.files.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    loaded.images[k] = load_one(source.files[k]);
+  });
+  if (source.white) loaded.white = load_one(*source.white);
+  if (source.black) loaded.black = load_one(*source.black);
+  return loaded;
+}
 
 RightSize right_size(const Camera& camera) {
   RightSize right{camera.lens.width(), camera.lens.height(), fmt::format("camera \"{}\"", camera.name),
@@ -142,16 +161,13 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
                                 camera.name));
   CameraImages loaded{.camera = camera.name,
                       .bit_depth = camera.sensor.bit_depth,
-                      .radiance = is_exr_name(source->files.front()),
+                      .radiance = has_radiance(*source),
                       .gray_code_exposure = source->gray_code_exposure};
-  loaded.images.resize(source->files.size());
-  const auto load = [&](const fs::path& file) {
-    return load_image(file, camera, loaded.radiance, set.channel);
-  };
-  for_each_parallel(static_cast<int>(source->files.size()),
-                    [&](int i) { loaded.images[i] = load(source->files[i]); });
-  if (source->white) loaded.white = load(*source->white);
-  if (source->black) loaded.black = load(*source->black);
+  LoadedImages of_files = load_images(
+      *source, [&](const fs::path& file) { return load_image(file, camera, loaded.radiance, set.channel); });
+  loaded.images = std::move(of_files.images);
+  loaded.white = std::move(of_files.white);
+  loaded.black = std::move(of_files.black);
   loaded.clip = find_clip(loaded, fringes, camera.sensor);
   return loaded;
 }

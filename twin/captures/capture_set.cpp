@@ -77,6 +77,8 @@ void read_file_names(const TomlTable& table, const fs::path& root, const std::op
   camera->pattern = tidy_path(root / table.required_string("pattern")).string();
   std::vector<fs::path> on_disk = files_on_disk(name, root, *camera);
   camera->images_on_disk = static_cast<int>(on_disk.size());
+  if (on_disk.size() > kLongestSequence && !n_images)
+    table.fail("pattern", fmt::format("finds more than {} images, the most of a sequence", kLongestSequence));
   if (!n_images) camera->files = std::move(on_disk);
   for (int number = 0; number < n_images.value_or(0); ++number)
     camera->files.push_back(tidy_path(root / name(number)));

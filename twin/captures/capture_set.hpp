@@ -60,7 +60,7 @@ struct CameraImages {
 
 /// Reads DIR/capture.toml (unknown keys are errors). `n_images` = length of the sequence, needed to
 /// expand a `pattern = "left/%04d.png"`; without it a pattern has the images on disk, those of
-/// images_on_disk.
+/// images_on_disk (stored_images.hpp).
 CaptureSet read_capture_set(const std::filesystem::path& dir, std::optional<int> n_images = {});
 
 /// Every file that the set names, and itself.
@@ -80,9 +80,6 @@ LoadedGray read_camera_gray(const std::filesystem::path& file, const Camera& cam
 /// (both counts named), a 16-bit value above the sensor's range, an irradiance that is none. Finds where the
 /// values stop below full scale.
 CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, const Fringes& fringes);
-/// Loads the images of all cameras where no twin says what they are: as they are stored, all of a camera of
-/// the size of its first one; bit_depth is the file's, 8 or 16. Throws UserError(input) as above.
-std::vector<CameraImages> load_stored_images(const CaptureSet& set);
 
 /// Writes images as <camera>/0000.png … (8-bit PNG for bit_depth 8, else 16-bit), in parallel, each to
 /// a temporary name first. White/black as <camera>/white.png, black.png. Higher numbers left by an
