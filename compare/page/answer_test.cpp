@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "report/text.hpp"
-#include "tests/support/paper_rig.hpp"
+#include "tests/support/compare/synthetic_sides.hpp"
 
 namespace fringetwin::compare::answer_test {
 namespace {
@@ -206,7 +206,7 @@ TEST(Answer, WithoutACauseTheWarningsComeFirst) {
 
 /// A rig whose images may be refined by anything that belongs to projector and camera.
 Twin rig() {
-  Twin twin = testing::with_object(testing::paper_rig(), "ball", testing::physical_sphere());
+  Twin twin = testing::make_sides({}).twin;
   twin.file = "my twin.toml";
   return twin;
 }
