@@ -50,7 +50,7 @@ std::vector<std::string> brightness_warnings(const Twin& twin, const std::vector
     if (factor <= kFarApart && factor >= 1.0 / kFarApart) continue;
     const bool clipped = of_twin >= full || of_real >= full;
     out.push_back(
-        fmt::format("{}: simulated images peak at {:.0f} DN, real at {:.0f}: thresholds, noise and "
+        fmt::format("{}: images peak at {:.0f} DN, the real ones at {:.0f}: thresholds, noise and "
                     "saturation are not those "
                     "of the rig; [camera.sensor] gain_dn = {:.3g} in place of {:.3g} would make them {}alike",
                     twin.cameras[c].name, of_twin, of_real, sensor.gain_dn * factor, sensor.gain_dn,
@@ -61,8 +61,9 @@ std::vector<std::string> brightness_warnings(const Twin& twin, const std::vector
 
 void add_brightness_warnings(Run& run) {
   if (!run.simulated.measurement) return;
-  for (std::string& warning : brightness_warnings(run.twin, run.real.images, run.simulated.images))
-    run.simulated.measurement->warnings.push_back(std::move(warning));
+  std::vector<std::string>& warnings = run.simulated.measurement->warnings;
+  const std::vector<std::string> first = brightness_warnings(run.twin, run.real.images, run.simulated.images);
+  warnings.insert(warnings.begin(), first.begin(), first.end());
 }
 
 }  // namespace fringetwin::cosim

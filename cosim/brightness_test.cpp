@@ -48,12 +48,12 @@ TEST(Brightness, ThePeakIsThatOfASmallPartAndOfNoHotPixel) {
 TEST(Brightness, SaysPeaksAndTheGainThatFits) {
   EXPECT_THAT(
       brightness_warnings(three_steps(2, 2), peaking_at(232), peaking_at(10)),
-      ElementsAre("left: simulated images peak at 10 DN, real at 232: thresholds, noise and saturation "
+      ElementsAre("left: images peak at 10 DN, the real ones at 232: thresholds, noise and saturation "
                   "are not those of the rig; [camera.sensor] gain_dn = 57.5 in place of 2 would make "
                   "them alike"));
   EXPECT_THAT(
       brightness_warnings(three_steps(2, 0), peaking_at(50), peaking_at(200)),
-      ElementsAre("left: simulated images peak at 200 DN, real at 50: thresholds, noise and saturation "
+      ElementsAre("left: images peak at 200 DN, the real ones at 50: thresholds, noise and saturation "
                   "are not those of the rig; [camera.sensor] gain_dn = 0.5 in place of 2 would make "
                   "them alike"));
 }

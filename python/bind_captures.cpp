@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "cosim/load.hpp"
@@ -113,6 +114,19 @@ auto image_at() {
   };
 }
 
+/// A getter of a list of the images of a slice.
+template <class Images>
+auto images_of_slice() {
+  return [](const py::object& self, const py::slice& slice) {
+    std::vector<ImageF>& images = self.cast<Images&>().images;
+    std::size_t start = 0, stop = 0, step = 0, n = 0;
+    if (!slice.compute(images.size(), &start, &stop, &step, &n)) throw py::error_already_set();
+    py::list out;
+    for (std::size_t k = 0; k < n; ++k, start += step) out.append(array_over(images[start], self));
+    return out;
+  };
+}
+
 void bind_stored(py::module_& module) {
   py::class_<StoredImages, std::shared_ptr<StoredImages>>(
       module, "StoredImages",
@@ -128,7 +142,9 @@ void bind_stored(py::module_& module) {
                              "The black reference (height, width); None without.")
       .def("__len__", [](const StoredImages& images) { return images.images.size(); })
       .def("__getitem__", image_at<StoredImages>(), py::arg("index"),
-           "Returns image `index`, float32 (height, width).");
+           "Returns image `index`, float32 (height, width).")
+      .def("__getitem__", images_of_slice<StoredImages>(), py::arg("index"),
+           "Returns a list of the images of a slice.");
 }
 
 void bind_camera(py::module_& module) {
@@ -145,7 +161,9 @@ void bind_camera(py::module_& module) {
                              "The black reference (height, width), DN; None without.")
       .def("__len__", [](const CameraImages& images) { return images.images.size(); })
       .def("__getitem__", image_at<CameraImages>(), py::arg("index"),
-           "Returns image `index` of the sequence, float32 (height, width).");
+           "Returns image `index` of the sequence, float32 (height, width).")
+      .def("__getitem__", images_of_slice<CameraImages>(), py::arg("index"),
+           "Returns a list of the images of a slice.");
 }
 
 }  // namespace
@@ -165,6 +183,30 @@ void bind_captures(py::module_& module) {
           "__getitem__",
           [](const PyCaptures& set, const std::string& camera) { return images_of(set.cameras, camera); },
           py::arg("camera"), "Returns the CameraImages of a camera.")
+      .def(
+          "__contains__",
+          [](const PyCaptures& set, const std::string& camera) {
+            return std::ranges::any_of(*set.cameras,
+                                       [&](const CameraImages& c) { return c.camera == camera; });
+          },
+          py::arg("camera"), "Returns whether there is a camera of this name.")
+      .def(
+          "values",
+          [](const PyCaptures& set) {
+            py::list out;
+            for (const std::string& name : names_of(*set.cameras)) out.append(images_of(set.cameras, name));
+            return out;
+          },
+          "Returns the CameraImages of all cameras.")
+      .def(
+          "items",
+          [](const PyCaptures& set) {
+            py::list out;
+            for (const std::string& name : names_of(*set.cameras))
+              out.append(py::make_tuple(name, images_of(set.cameras, name)));
+            return out;
+          },
+          "Returns (name, CameraImages) of all cameras.")
       .def_readonly("files", &PyCaptures::files, "The files they were read from; empty where rendered.");
   py::class_<PyRendering, PyCaptures>(module, "Rendering",
                                       "What Twin.render() returns: Captures in DN, with how they came about.")

@@ -206,7 +206,8 @@ TEST(Answer, WithoutACauseTheWarningsComeFirst) {
 
 /// A rig whose images may be refined by anything that belongs to projector and camera.
 Twin rig() {
-  Twin twin = testing::make_sides({}).twin;
+  Twin twin = testing::make_sides({.steps = 8}).twin;
+  twin.projector = Projector{.lens = twin.cameras[0].lens, .T_proj_world = Pose{}, .response = {}};
   twin.file = "my twin.toml";
   return twin;
 }

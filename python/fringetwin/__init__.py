@@ -95,7 +95,7 @@ def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] =
           gray_error: Optional[float] = None, seed: int = 0, device: str = "") -> Run:
     """Does the main job: renders, measures both sides, compares and writes `out` as `fringetwin cosim` does.
 
-    The options are those of the command line. Returns the folder with the content of its result.json.
+    The options are those of the command line (phase_error_rad: --phase-error) without --into and --limits. Returns the folder with the content of its result.json.
     """
     _cosim(twin if isinstance(twin, Twin) else Twin(twin), out, refine=list(refine), steps=steps, hold_out=hold_out,
            hold_out_by=hold_out_by, radiance=radiance, npz=npz, figures=figures, samples=samples, sampler=sampler,

@@ -72,6 +72,11 @@ class Python(unittest.TestCase):
                 exr = fringetwin.read_exr(f"{self.dir}/cli/{camera}/{k:04d}.exr")["Y"]
                 np.testing.assert_array_equal(self.rendered.irradiance[camera][k], exr)
         self.assertGreater(self.rendered["left"][0].max(), 20)
+        self.assertEqual(list(loaded), [name for name, _ in loaded.items()])
+        self.assertTrue("right" in loaded and "top" not in loaded)
+        left, *_ = loaded.values()
+        self.assertEqual(left.camera, "left")
+        np.testing.assert_array_equal(left[3:0:-2], [left[3], left[1]])
 
     def test_arrays_own_the_programs_memory(self):
         first = self.rendered["left"][0]
