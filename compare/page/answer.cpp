@@ -276,7 +276,7 @@ NextStep shown_step(const ShownByImages& shown, const Comparison& c, const Twin&
   names.insert(names.end(), shown.names.begin(), shown.names.end());
   return {
       fmt::format(
-          "no cause that was tested explains all; the images show {}: fit {} to them and see what is left",
+          "no cause that was tested explains all; the images show {}: fit {} and see what is left",
           listed(shown.words), shown.names.size() == 1 ? "it" : "these together"),
       again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
 }

@@ -233,7 +233,7 @@ TEST(Answer, WhatTheImagesShowIsFittedTogetherWhereNoCauseExplainsAll) {
       "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine light,harmonics,texture,offset");
   c.causes.rows[1].alone = 0.45, c.causes.rows[2].alone = 0.48;  // of each too little
   c.explained[2].harmonic_chi2 = 4.5;
-  EXPECT_THAT(next_step(c, rig(), kCosim).text, HasSubstr("from image to image: fit it to them"));
+  EXPECT_THAT(next_step(c, rig(), kCosim).text, HasSubstr("from image to image: fit it and see what is left"));
   EXPECT_THAT(command(next_step(c, rig(), kCosim)), EndsWith("--refine light"));
   c.causes.rows[2].alone = 0.8;
   c.refinement.emplace().asked = {"light", "albedo"};  // a texture contains the albedo, and light is fitted
