@@ -9,7 +9,7 @@ set(headers twin/twin.hpp twin/captures/capture_set.hpp twin/base/errors.hpp twi
   cosim/cosim.hpp cosim/load.hpp cosim/shape/measured_shapes.hpp cosim/simulate.hpp cosim/write_results.hpp)
 # What the Python module includes beside them.
 set(headers_of_python cli/version.hpp compare/result/result_json.hpp cosim/measure_captures.hpp measure/decode/phase_exr.hpp
-  measure/fit/fits.hpp twin/base/out_folder.hpp twin/base/plain_text.hpp)
+  measure/fit/fits.hpp twin/base/out_folder.hpp twin/base/plain_text.hpp twin/captures/stored_images.hpp)
 
 # fringetwin_with_included(OUT headers...): these headers and all of ours that they include
 function(fringetwin_with_included out)

@@ -477,8 +477,8 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
     }
   Comparison out = std::move(judged.comparison);
   std::ranges::move(warnings, std::back_inserter(out.warnings));
-  look_for_causes(twin, options, std::move(judged.samples), options.shows_other_fringes || judged.is_far_off,
-                  out);
+  out.shows_other_fringes = options.shows_other_fringes || judged.is_far_off;
+  look_for_causes(twin, options, std::move(judged.samples), out.shows_other_fringes, out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)

@@ -82,15 +82,14 @@ PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
   });
 }
 
-std::map<std::string, std::shared_ptr<StoredImages>> read_captures(const std::filesystem::path& folder) {
-  return long_call([&] {
-    std::map<std::string, std::shared_ptr<StoredImages>> cameras;
-    for (StoredImages& images : load_stored_images(read_capture_set(folder))) {
-      const std::string name = images.camera;
-      cameras[name] = std::make_shared<StoredImages>(std::move(images));
-    }
-    return cameras;
-  });
+/// By the cameras' names, in the order of the set.
+py::dict read_captures(const std::filesystem::path& folder) {
+  py::dict cameras;
+  for (StoredImages& images : long_call([&] { return load_stored_images(read_capture_set(folder)); })) {
+    const py::str name(images.camera);
+    cameras[name] = std::make_shared<StoredImages>(std::move(images));
+  }
+  return cameras;
 }
 
 /// A getter of an image that may be there.
@@ -134,7 +133,8 @@ void bind_stored(py::module_& module) {
       "width). The arrays lie in the program's memory; nothing is copied.")
       .def_readonly("camera", &StoredImages::camera, "Name of the camera.")
       .def_readonly("file_bits", &StoredImages::file_bits,
-                    "Bits of the files' values: 8, 16, 32 for EXR. The sensor may have fewer.")
+                    "Bits of the files' values: 8, 16 (of any of them), 32 for EXR. The sensor may have "
+                    "fewer.")
       .def_readonly("radiance", &StoredImages::radiance, "True: values are irradiance, before the sensor.")
       .def_property_readonly("white", optional_image(&StoredImages::white),
                              "The white reference (height, width); None without.")
@@ -185,11 +185,20 @@ void bind_captures(py::module_& module) {
           py::arg("camera"), "Returns the CameraImages of a camera.")
       .def(
           "__contains__",
-          [](const PyCaptures& set, const std::string& camera) {
-            return std::ranges::any_of(*set.cameras,
-                                       [&](const CameraImages& c) { return c.camera == camera; });
+          [](const PyCaptures& set, const py::object& camera) {
+            return std::ranges::any_of(
+                *set.cameras, [&](const CameraImages& c) { return camera.equal(py::str(c.camera)); });
           },
           py::arg("camera"), "Returns whether there is a camera of this name.")
+      .def(
+          "get",
+          [](const PyCaptures& set, const py::object& camera, const py::object& otherwise) -> py::object {
+            for (const std::string& name : names_of(*set.cameras))
+              if (camera.equal(py::str(name))) return py::cast(images_of(set.cameras, name));
+            return otherwise;
+          },
+          py::arg("camera"), py::arg("default") = py::none(),
+          "Returns the CameraImages of a camera, or `default` where there is none of this name.")
       .def(
           "values",
           [](const PyCaptures& set) {

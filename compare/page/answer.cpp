@@ -263,22 +263,25 @@ NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& tw
       again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
 }
 
-/// Returns whether a warning says that the real images are not what the twin describes, or measure badly: a
-/// refinement would fit that.
-bool is_measurement_doubted(const Comparison& c) {
-  return c.causes.rows.empty() ||  // none was looked for: the images show other fringes than the twin
-         std::ranges::any_of(c.warnings, [](const std::string& w) { return w.starts_with("real: "); });
+/// Returns whether a refinement would fit what a warning says: other fringes than described, a brightness
+/// that is not the rig's; or whether this run's refinement has failed, and more of it would, too.
+bool warnings_come_first(const Comparison& c, const Twin& twin) {
+  constexpr double kFarApart = 2.0;  // as cosim/brightness.cpp warns of
+  if (c.refinement && (!c.refinement->converged || c.refinement->taken_back)) return true;
+  return c.shows_other_fringes || std::ranges::any_of(c.gain, [&](const GainRow& row) {
+           const double ratio = row.gain_dn / twins_gain_dn(twin, row.camera);
+           return !(ratio < kFarApart && ratio > 1.0 / kFarApart);
+         });
 }
 
 NextStep shown_step(const ShownByImages& shown, const Comparison& c, const Twin& twin,
                     const std::vector<std::string>& argv) {
   std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
   names.insert(names.end(), shown.names.begin(), shown.names.end());
-  return {
-      fmt::format(
-          "no cause that was tested explains all; the images show {}: fit {} and see what is left",
-          listed(shown.words), shown.names.size() == 1 ? "it" : "these together"),
-      again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
+  return {fmt::format("{}the images show {}: fit {} and see what is left",
+                      c.causes.rows.empty() ? "" : "no cause that was tested explains all; ",
+                      listed(shown.words), shown.names.size() == 1 ? "it" : "these together"),
+          again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
 }
 
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
@@ -294,7 +297,7 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
   if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
   if (const GainRow* brighter = brighter_side(c, twin)) return brightness_step(*brighter, c, twin, argv);
   if (const ShownByImages shown = shown_by_images(c, twin);
-      !shown.names.empty() && !is_measurement_doubted(c))
+      !shown.names.empty() && !warnings_come_first(c, twin))
     return shown_step(shown, c, twin, argv);
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())

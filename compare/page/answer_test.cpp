@@ -223,8 +223,10 @@ TEST(Answer, WhatTheImagesShowIsFittedTogetherWhereNoCauseExplainsAll) {
   for (const auto& [group, alone] :
        {std::pair{"blur", 0.4}, {"texture and offset", 0.97}, {"texture", 0.9}}) {
     CauseRow& row = c.causes.rows.emplace_back();
-    row.group = group, row.alone = alone;
+    row.group = group, row.alone = alone, row.chi2_after = 2.0;
   }
+  c.gain.emplace_back().camera = "left";
+  c.gain[0].gain_dn = 21.0;  // the twin's is 20
   const NextStep next = next_step(c, rig(), kCosim);
   EXPECT_THAT(next.text, HasSubstr("no cause that was tested explains all; the images show light that varies "
                                    "from image to image, fringes of another waveform, a brightness"));
@@ -233,23 +235,52 @@ TEST(Answer, WhatTheImagesShowIsFittedTogetherWhereNoCauseExplainsAll) {
       "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine light,harmonics,texture,offset");
   c.causes.rows[1].alone = 0.45, c.causes.rows[2].alone = 0.48;  // of each too little
   c.explained[2].harmonic_chi2 = 4.5;
-  EXPECT_THAT(next_step(c, rig(), kCosim).text, HasSubstr("from image to image: fit it and see what is left"));
+  EXPECT_THAT(next_step(c, rig(), kCosim).text,
+              HasSubstr("from image to image: fit it and see what is left"));
   EXPECT_THAT(command(next_step(c, rig(), kCosim)), EndsWith("--refine light"));
   c.causes.rows[2].alone = 0.8;
-  c.refinement.emplace().asked = {"light", "albedo"};  // a texture contains the albedo, and light is fitted
+  c.refinement.emplace().converged = true;
+  c.refinement->asked = {"light", "albedo"};  // a texture contains the albedo, and light is fitted
   EXPECT_EQ(next_step(c, rig(), kCosim).text, "read the warnings: of exposure");
   c.refinement->asked = {"light"};
   EXPECT_THAT(command(next_step(c, rig(), kCosim)), EndsWith("--refine light,texture"));
-  c.warnings.emplace_back("real: left: image 7 repeats image 6");  // the description comes first
-  EXPECT_EQ(next_step(c, rig(), kCosim).text, "read the warnings: of exposure");
-  c.warnings.pop_back();
-  Comparison far_off = c;
-  far_off.causes.rows.clear();
-  EXPECT_EQ(next_step(far_off, rig(), kCosim).text, "read the warnings: of exposure");
   Twin by_white = rig();
   by_white.fringes.unwrap = Unwrap::gray;
   by_white.fringes.directions[0].gray.emplace().threshold = GrayCode::Threshold::white_black;
   EXPECT_EQ(next_step(c, by_white, kCosim).text, "read the warnings: of exposure");
+}
+
+TEST(Answer, WhatTheImagesShowIsNotFittedToWhatWarningsSay) {
+  Comparison c;
+  c.warnings = {"of exposure"};
+  c.explained = {row_of("gray", kExplained), row_of("phase", kNotExplained, 0.02, 1.2)};
+  c.explained[1].brightness_chi2 = 80.0, c.explained[1].ripple_limit = 4.6;
+  const auto is_light = [&](const Twin& twin = rig()) {
+    return next_step(c, twin, kCosim).text ==
+           "the images show light that varies from image to image: fit it and see what is left";
+  };
+  EXPECT_TRUE(is_light());  // no cause is looked for where gray is explained
+  c.shows_other_fringes = true;
+  EXPECT_FALSE(is_light());
+  c.shows_other_fringes = false;
+  c.gain.emplace_back().camera = "left";
+  c.gain[0].gain_dn = 230.0;  // of 20: a brightness that is not the rig's
+  EXPECT_FALSE(is_light());
+  c.gain[0].gain_dn = 30.0;
+  EXPECT_TRUE(is_light());
+  c.refinement.emplace().asked = {"harmonics"};
+  EXPECT_FALSE(is_light()) << "a refinement that did not come to rest";
+  c.refinement->converged = true;
+  EXPECT_TRUE(is_light());
+  c.refinement->taken_back = true;
+  EXPECT_FALSE(is_light());
+  c.refinement->taken_back = false;
+  c.refinement->asked = {"exposure"};
+  EXPECT_FALSE(is_light()) << "nothing tells them apart";
+  c.refinement.reset();
+  Twin by_pitch = rig();
+  by_pitch.compare.hold_out = 4, by_pitch.compare.hold_out_by = HeldOutBy::pitches;
+  EXPECT_FALSE(is_light(by_pitch));
 }
 
 // A projector that is brighter than the twin's: the gain takes that up, and weak fringes at outlines are

@@ -30,6 +30,9 @@ struct Comparison : GeometryTables,
                     OtherSurfaceTables {
   bool pass = true;
   std::vector<std::string> warnings;
+  /// The real images show other fringes than the twin, or show them elsewhere, so that no fit says anything
+  /// (warnings tell how); not written.
+  bool shows_other_fringes = false;
 };
 
 }  // namespace fringetwin::compare

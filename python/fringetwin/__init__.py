@@ -79,7 +79,7 @@ def measure(twin: Twin, captures: Union[PathLike, Captures, Mapping[str, Sequenc
     if isinstance(captures, (str, os.PathLike)):
         captures = load_captures(twin, captures)
     elif not isinstance(captures, Captures):
-        if any(isinstance(captures[name], StoredImages) for name in captures):
+        if isinstance(captures, StoredImages) or any(isinstance(captures[name], StoredImages) for name in captures):
             raise TypeError("images of read_captures() are as they are stored: measure a folder, or what "
                             "load_captures(twin, folder) returns")
         captures = _captures_from(twin, {name: list(captures[name]) for name in captures})

@@ -73,7 +73,8 @@ class Python(unittest.TestCase):
                 np.testing.assert_array_equal(self.rendered.irradiance[camera][k], exr)
         self.assertGreater(self.rendered["left"][0].max(), 20)
         self.assertEqual(list(loaded), [name for name, _ in loaded.items()])
-        self.assertTrue("right" in loaded and "top" not in loaded)
+        self.assertTrue("right" in loaded and "top" not in loaded and 5 not in loaded)
+        self.assertEqual((loaded.get("right").camera, loaded.get("top"), loaded.get("top", 1)), ("right", None, 1))
         left, *_ = loaded.values()
         self.assertEqual(left.camera, "left")
         np.testing.assert_array_equal(left[3:0:-2], [left[3], left[1]])
@@ -336,6 +337,8 @@ class Python(unittest.TestCase):
         # what only the twin knows (bits of the sensor, channel, order of the cameras) is not in them
         with self.assertRaisesRegex(TypeError, r"load_captures\(twin, folder\)"):
             fringetwin.measure(self.twin, there)
+        with self.assertRaisesRegex(TypeError, r"load_captures\(twin, folder\)"):
+            fringetwin.measure(self.twin, there["left"])
         with self.assertRaises(TypeError):
             fringetwin.decode(self.twin, there["left"])
         with self.assertRaisesRegex(fringetwin.UserError, "no such folder"):

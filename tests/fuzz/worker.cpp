@@ -248,7 +248,7 @@ std::string watch(pid_t process, const Shared& shared, int* status, bool* too_lo
     *too_long = !fault.empty();
     if (since(begun) > kLongestWait) fault = fmt::format("no end after {} s", kLongestWait);
     if (memory_of(process) > kLargestMemory)
-      fault = fmt::format("more than {} MB of memory", kLargestMemory >> 20);
+      fault = fmt::format("more than {} MB of memory", kLargestMemory >> 20), *too_long = false;
     if (!fault.empty() || cancelled()) {
       ::kill(process, SIGKILL);
       ::waitpid(process, status, 0);

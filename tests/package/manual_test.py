@@ -146,19 +146,24 @@ class Zsh:
                      "autoload -Uz compinit; compinit -u -D", "zstyle ':completion:*' verbose no"):
             self.answer(line + "\n")
 
-    def answer(self, keys):
+    def answer(self, keys, silence_s=0.7):
+        """What the shell writes until it is silent for so long."""
         os.write(self.terminal, keys.encode())
-        text, end = "", time.monotonic() + 10
-        while time.monotonic() < end and select.select([self.terminal], [], [], 0.7 if text else 5)[0]:
+        text, end = "", time.monotonic() + 30
+        while time.monotonic() < end and select.select([self.terminal], [], [], silence_s if text else 10)[0]:
             text += os.read(self.terminal, 65536).decode(errors="replace")
         return text
 
     def __call__(self, words):
         typed = "fringetwin " + " ".join(words)
-        text = self.answer(typed + "\x04")
-        self.answer("\x15")
-        return {word for line in text.replace("\r", "\n").split("\n") if not line.startswith(typed.split(" -")[0])
-                for word in line.split()}
+        for silence_s in (0.7, 3, 10):  # on a busy machine the shell loads what it completes with for longer
+            text = self.answer(typed + "\x04", silence_s)
+            self.answer("\x15", silence_s)
+            offered = {word for line in text.replace("\r", "\n").split("\n") if not line.startswith(typed.split(" -")[0])
+                       for word in line.split()}
+            if offered:
+                break
+        return offered
 
 
 def check_offers(program, offer, scratch):
