@@ -101,6 +101,9 @@ abbr { text-decoration: underline dotted var(--soft); text-underline-offset: 3px
 footer { margin-top: 56px; padding-top: 12px; border-top: 1.5px solid var(--ink); font-size: 13px; color: var(--soft); }
 footer table { font-size: 12px; } footer td { overflow-wrap: anywhere; }
 footer details { margin-top: 8px; } summary { cursor: pointer; }
+@media screen and (max-width: 880px) {
+  .drawing { overflow-x: auto; } .drawing svg { width: max(100%, var(--least)); } .map:has(> .drawing) { flex-basis: 450px; }
+}
 @media (max-width: 560px) {
   .page { padding: 0 14px 40px; } header { padding-top: 20px; } h1 { font-size: 22px; overflow-wrap: anywhere; }
   .answer, .verdict { font-size: 15px; } .verdict { padding: 7px 12px; letter-spacing: .04em; }

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kLetter_px = 7.2, kMarginUnit_px = 8.4;  // gnuplot's unit of margins
 constexpr int kRightMargin = 10;                          // colour bar and its tics
+constexpr int kCellLetters_px = 11;                       // of the numbers in its cells
 
 std::string hex(Rgb c) { return fmt::format("#{:02x}{:02x}{:02x}", c.r, c.g, c.b); }
 
@@ -150,11 +151,11 @@ Drawing drawing(const HeatMap& map) {
   const auto letters = [&](const char* block, const std::string& rows, const char* color) {
     if (rows.empty()) return;
     s += fmt::format("${} << EOD\n{}EOD\n", block, rows);
-    commands += fmt::format(", ${} with labels tc rgb \"{}\" font \",11\"", block, color);
+    commands += fmt::format(", ${} with labels tc rgb \"{}\" font \",{}\"", block, color, kCellLetters_px);
   };
   letters("light", data.light, "#ffffff");
   letters("dark", data.dark, "#1d2329");
-  return {map.title, s + commands + "\n"};
+  return {map.title, s + commands + "\n", least_width_px(map.width_px, kCellLetters_px)};
 }
 
 }  // namespace fringetwin::report

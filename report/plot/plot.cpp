@@ -182,6 +182,17 @@ void check_sizes(const Series& s) {
            "whiskers have two ends");
 }
 
+/// Returns what the drawing is called where it is read out.
+std::string label_of(const Drawing& drawing) { return drawing.title.empty() ? "plot" : drawing.title; }
+
+/// Returns a drawing's SVG in the frame that it scrolls in on a narrow screen (page_template.cpp).
+std::string in_frame(const Drawing& drawing, const std::string& svg) {
+  return fmt::format(
+      "<div class=\"drawing\" style=\"--least: {}px\" tabindex=\"0\" role=\"group\" "
+      "aria-label=\"Plot: {}\">{}</div>\n",
+      drawing.least_px, escape_html(label_of(drawing)), svg);
+}
+
 }  // namespace
 
 std::string gnuplot_text(const std::string& text) {
@@ -196,11 +207,15 @@ std::string gnuplot_text(const std::string& text) {
 
 std::string gnuplot_head(int width_px, int height_px) {
   return fmt::format(
-             "set encoding utf8\nset terminal svg size {},{} dynamic noenhanced font \"Helvetica,12\"\n",
-             width_px, height_px) +
+             "set encoding utf8\nset terminal svg size {},{} dynamic noenhanced font \"Helvetica,{}\"\n",
+             width_px, height_px, kLetters_px) +
          "set border 3 lc rgb \"#444444\"\nset tics nomirror out scale 0.6 tc rgb \"#333333\"\n"
          "set grid lt 1 lw 0.6 lc rgb \"#e3e3e3\"\nset key outside top right horizontal samplen 2\n"
          "set boxwidth 0.95 relative\nset minussign\nset lmargin 11\nset rmargin 3\n";
+}
+
+int least_width_px(int width_px, int smallest_letters_px) {
+  return static_cast<int>(std::ceil(9.2 * width_px / smallest_letters_px));
 }
 
 std::string gnuplot_script(const Plot& as_given) {
@@ -259,7 +274,7 @@ Drawing drawing(const Plot& plot) {
                            : plot.x_label.empty() ? plot.y_label
                                                   : plot.y_label + " against " + plot.x_label;
   for (const Series& series : plot.series)
-    if (has_data(series)) return {name, gnuplot_script(plot)};
+    if (has_data(series)) return {name, gnuplot_script(plot), least_width_px(plot.width_px)};
   return {name, ""};
 }
 
@@ -268,8 +283,8 @@ std::string drawing_svg(const Drawing& drawing, const std::string& id) {
     throw UserError(ExitCode::input, "plot \"" + drawing.title + "\"", "there are no data to draw");
   std::string svg = inline_svg(run_gnuplot(drawing), id);
   // for readers who hear the page
-  const std::string label = drawing.title.empty() ? "plot" : drawing.title;
-  svg.insert(std::string_view("<svg").size(), " role=\"img\" aria-label=\"" + escape_html(label) + "\"");
+  svg.insert(std::string_view("<svg").size(),
+             " role=\"img\" aria-label=\"" + escape_html(label_of(drawing)) + "\"");
   return svg;
 }
 
@@ -280,7 +295,7 @@ std::vector<std::string> drawings_or_sentences(const std::vector<Drawing>& drawi
   std::vector<std::string> out(drawings.size());
   for_each_parallel(static_cast<int>(drawings.size()), [&](int i) {
     try {
-      out[i] = drawing_svg(drawings[i], fmt::format("{}{}-", id_prefix, i));
+      out[i] = in_frame(drawings[i], drawing_svg(drawings[i], fmt::format("{}{}-", id_prefix, i)));
     } catch (const UserError& error) {
       const bool no_data = error.code() == ExitCode::input;
       out[i] = (no_data ? "<p class=\"missing\">Plot left out: " : std::string(kUndrawn)) +

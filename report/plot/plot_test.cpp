@@ -160,6 +160,18 @@ TEST(Plot, MissingGnuplotIsAClearErrorAndASentenceOnThePage) {
   EXPECT_THAT(sentence, StartsWith(std::string(kUndrawn)));
 }
 
+TEST(Plot, IsReachedByKeyUnderItsNameWhereItScrolls) {
+  if (!has_gnuplot()) GTEST_SKIP() << "SKIPPED: gnuplot is not installed";
+  Plot plot = example();
+  plot.title = "a \"b\"";
+  plot.width_px = 620;
+  const std::string framed = plots_or_sentences({plot}, "k")[0];
+  EXPECT_THAT(framed,
+              StartsWith("<div class=\"drawing\" style=\"--least: 476px\" tabindex=\"0\" role=\"group\" "
+                         "aria-label=\"Plot: a &quot;b&quot;\"><svg role=\"img\""));
+  EXPECT_TRUE(framed.ends_with("</svg>\n</div>\n")) << framed;
+}
+
 TEST(Plot, NoDataIsASentence) {
   Plot plot;
   plot.title = "empty";

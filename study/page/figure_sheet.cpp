@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "report/plot/page_drawings.hpp"
 #include "twin/number/parse_number.hpp"
 
 namespace fringetwin::study {
@@ -43,20 +44,21 @@ std::string FigureSheet::row(const std::vector<std::string>& placed) {
 }
 
 StudyReport FigureSheet::finish(const std::string& html) const {
-  const std::vector<std::string> svgs = report::drawings_or_sentences(drawings_, "f");
+  const std::vector<std::string> drawn = report::drawings_or_sentences(drawings_, "f");
   StudyReport out;
   std::set<std::string> taken;
-  for (std::size_t i = 0; i < svgs.size(); ++i) {
-    if (!svgs[i].starts_with("<svg")) continue;  // the page says why
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    const std::vector<report::PageDrawing> files = report::drawings_of_page(drawn[i]);
+    if (files.empty()) continue;  // the page says why
     std::string name = file_name(names_[i]);
     if (!taken.insert(name).second) taken.insert(name += fmt::format("-{}", i));
-    out.figures.emplace_back(name, report::standalone_svg(svgs[i]));
+    out.figures.emplace_back(name, files[0].svg);
   }
   std::size_t at = 0;
   for (std::size_t mark; (mark = html.find(kMarkBegin, at)) != std::string::npos;) {
     out.html.append(html, at, mark - at);
     const std::size_t digits = mark + kMarkBegin.size(), end = html.find(kMarkEnd, digits);
-    out.html += svgs.at(parse_number<std::size_t>(html.substr(digits, end - digits)).value());
+    out.html += drawn.at(parse_number<std::size_t>(html.substr(digits, end - digits)).value());
     at = end + kMarkEnd.size();
   }
   out.html.append(html, at);

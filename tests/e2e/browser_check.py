@@ -56,6 +56,16 @@ KEYLESS = """return [...document.body.querySelectorAll('*')].filter((e) => e.scr
 CUT_CAPTIONS = """return [...document.querySelectorAll('caption')].filter((e) => {
   const box = e.getBoundingClientRect(); return box.left < 0 || box.right > innerWidth; })
   .map((e) => e.textContent.slice(0, 80));"""
+# Letters of plots that are shown, and those below 9 px, each with its size on the screen.
+SMALL = """const small = [];
+let n = 0;
+for (const e of document.querySelectorAll('svg text')) {
+  if (!e.textContent.trim() || !e.getClientRects().length) continue;
+  ++n;
+  const to_screen = e.getScreenCTM(), size = parseFloat(getComputedStyle(e).fontSize) * Math.hypot(to_screen.c, to_screen.d);
+  if (size < 9) small.push(`${size.toFixed(2)} px: ${e.textContent.trim().slice(0, 40)}`);
+}
+return {texts: n, small: small};"""
 SLIDER = """const s = document.querySelector('.slider'); return {value: Number(s.querySelector('input').value),
   clip: getComputedStyle(s.querySelector('.over')).clipPath};"""
 TAB, ENTER, LEFT, RIGHT, DOWN_KEY = "\ue004", "\ue007", "\ue012", "\ue014", "\ue015"
@@ -178,15 +188,16 @@ def from_the_top(b):
     b.script("const h = document.querySelector('h1'); h.tabIndex = -1; h.focus();")
 
 
-def keyboard(b):
-    """What keys alone reach and change of a report: the cloud, a slider, a list that opens."""
+def keyboard(b, has_cloud):
+    """What keys alone reach and change of a report: the cloud, if any, a slider, a list that opens."""
     seen = {}
-    from_the_top(b)
-    seen["cloud_at"] = b.tab_to(".cloud canvas")
-    seen["cloud"] = {"first": b.settled(PICTURE)}
-    for name, key in {"right": RIGHT, "down": DOWN_KEY, "farther": "-", "again": "0"}.items():
-        b.keys(key)
-        seen["cloud"][name] = b.settled(PICTURE)
+    if has_cloud:
+        from_the_top(b)
+        seen["cloud_at"] = b.tab_to(".cloud canvas")
+        seen["cloud"] = {"first": b.settled(PICTURE)}
+        for name, key in {"right": RIGHT, "down": DOWN_KEY, "farther": "-", "again": "0"}.items():
+            b.keys(key)
+            seen["cloud"][name] = b.settled(PICTURE)
     from_the_top(b)
     seen["slider_at"] = b.tab_to(".slider input")
     seen["slider"] = {"before": b.settled(SLIDER)}
@@ -199,18 +210,18 @@ def keyboard(b):
     return seen
 
 
-def scrolled_by_key(b):
-    """How far a key scrolls the first table that is wider than the page; None without one."""
-    wide = ("[...document.querySelectorAll('.table')].find((e) => e.scrollWidth > e.clientWidth + 1 && "
+def scrolled_by_key(b, kind):
+    """How far a key scrolls the first frame of this class that is narrower than what it holds; None without one."""
+    wide = (f"[...document.querySelectorAll('.{kind}')].find((e) => e.scrollWidth > e.clientWidth + 1 && "
             "e.getClientRects().length)")
-    if not b.script(f"const e = {wide}; if (e) e.id = 'wide'; return Boolean(e);"):
+    if not b.script(f"const e = {wide}; if (e) e.id = 'wide-{kind}'; return Boolean(e);"):
         return None
     from_the_top(b)
-    at = b.tab_to("#wide")
+    at = b.tab_to(f"#wide-{kind}")
     b.keys(*[RIGHT] * 3)
     b.settled("")
     until = time.monotonic() + 2
-    while (px := b.settled("return document.getElementById('wide').scrollLeft;")) == 0 and time.monotonic() < until:
+    while (px := b.settled(f"return document.getElementById('wide-{kind}').scrollLeft;")) == 0 and time.monotonic() < until:
         time.sleep(0.05)  # it glides there
     return {"at": at, "px": px}
 
@@ -238,13 +249,18 @@ def look_at(b, page, shot):
     seen = {"title": b.call("GET", "/title")}
     shot("top")
     seen["overflow_px"] = b.script("return document.documentElement.scrollWidth - innerWidth;")
-    comparison = b.script("return document.querySelector('.slider') !== null;")
+    # a comparison has a slider; with a measured object, the shape of which is the cloud's, it has no cloud
+    has_slider, has_cloud = (b.script(f"return document.querySelector('{css}') !== null;")
+                             for css in (".slider input", ".cloud canvas"))
+    has_cloud = has_cloud and has_slider
     seen["images"] = b.script("return document.querySelectorAll('svg').length;")
-    if comparison:
+    if has_slider:
         seen["slider"] = slider(b)
+    if has_cloud:
         seen["cloud"] = cloud(b, shot)
         seen["screen"] = visible(b)
-        seen["keyboard"] = keyboard(b)
+    if has_slider:
+        seen["keyboard"] = keyboard(b, has_cloud)
     seen["pictures_without_words"] = b.script(SILENT)
     seen["light"] = b.script(FAINT)
     b.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
@@ -255,11 +271,12 @@ def look_at(b, page, shot):
     seen["narrow_overflow_px"] = b.settled("return document.documentElement.scrollWidth - 400;")
     seen["captions_cut"] = b.script(CUT_CAPTIONS)
     seen["scrolled_without_keys"] = b.script(KEYLESS)
-    seen["scrolled_by_key"] = scrolled_by_key(b)
+    seen["plots"] = b.script(SMALL)
+    seen["scrolled_by_key"] = {kind: scrolled_by_key(b, kind) for kind in ("table", "drawing")}
     shot_from_the_top(b, shot, "narrow")
     b.devtools("Emulation.clearDeviceMetricsOverride")
     b.devtools("Emulation.setEmulatedMedia", media="print")
-    if comparison:
+    if has_cloud:
         seen["print"] = visible(b)
     b.devtools("Emulation.setEmulatedMedia", media="")
     pdf = base64.b64decode(b.call("POST", "/print", {"background": True}))
@@ -268,7 +285,7 @@ def look_at(b, page, shot):
     seen["console"] = [f"{e['level']} {e['message']}" for e in b.log("browser")]
     b.devtools("Emulation.setScriptExecutionDisabled", value=True)
     b.call("POST", "/refresh")
-    if comparison:
+    if has_cloud:
         seen["no_script"] = visible(b)
     b.devtools("Emulation.setScriptExecutionDisabled", value=False)
     seen["requests"] = requests(b)
