@@ -15,7 +15,9 @@
 #include "cli/commands.hpp"
 #include "cli/option_groups.hpp"
 #include "compare/result_csv.hpp"
+#include "compare/run_page.hpp"
 #include "report/plot/page_drawings.hpp"
+#include "report/text.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/plain_text.hpp"
@@ -27,14 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the page of a run's folder, or the page itself.
-fs::path page_of(const fs::path& run) {
-  if (!fs::is_directory(run)) return run;
-  for (const char* name : {"report.html", "index.html", "needs.html", "pareto.html", "unfinished.html"})
-    if (fs::exists(run / name)) return run / name;
-  return run / "report.html";
-}
-
 struct ExportCommand {
   std::string run, out;
   bool figures = false;
@@ -42,9 +36,30 @@ struct ExportCommand {
 
 bool is_page(const fs::path& file) { return file.extension() == ".html" && !fs::is_directory(file); }
 
+/// Returns the page of a run's folder, or the page itself; report.html where the folder has none. Throws
+/// UserError(input) of a study that has none yet.
+fs::path page_of(const fs::path& run) {
+  if (!fs::is_directory(run)) return run;
+  const fs::path page = compare::page_in(run);
+  if (page.empty() && compare::is_study_folder(run))
+    throw UserError(
+        ExitCode::input, run.string(), "the study is not finished and has no page yet",
+        "of a Monte Carlo study `" +
+            report::shell_command({"fringetwin", "study", "STUDY.toml", "--out", run.string(), "--so-far"}) +
+            "` makes one");
+  return page.empty() ? run / compare::kRunPage : page;
+}
+
 /// Returns the page whose drawings are asked for; `run`: a run's folder, its result.json, or the page itself.
 fs::path drawn_page(const fs::path& run) {
   return page_of(is_page(run) || fs::is_directory(run) ? run : run.parent_path());
+}
+
+/// Returns whether `run` is a page, or a folder that has one beside no result whose tables could be written.
+bool has_page_alone(const fs::path& run) {
+  if (!fs::is_directory(run)) return is_page(run);
+  const bool has_result = fs::exists(run / "result.json") && !compare::is_study_folder(run);
+  return !has_result && (compare::is_study_folder(run) || !compare::page_in(run).empty());
 }
 
 std::vector<report::PageDrawing> drawings_of(const fs::path& page) {
@@ -63,11 +78,16 @@ int run_export(const ExportCommand& o) {
   check_out_folder(o.out);
   std::vector<compare::CsvTable> tables;
   std::vector<report::PageDrawing> drawings;
-  if (!is_page(o.run))
+  if (!has_page_alone(o.run))
     tables = compare::result_tables_of(o.run);
   else if (!o.figures)
-    throw UserError(ExitCode::usage, o.run, "a page has no tables",
-                    "give the folder of its run, or --figures for the page's drawings");
+    throw UserError(
+        ExitCode::usage, o.run,
+        is_page(o.run) ? "a page has no tables" : "holds no result of cosim, compare or measure",
+        is_page(o.run)
+            ? "give the folder of its run, or --figures for the page's drawings"
+            : std::string("--figures exports the drawings of its page") +
+                  (compare::is_study_folder(o.run) ? "; the table of a study is its study.csv" : ""));
   if (o.figures) drawings = drawings_of(drawn_page(o.run));
   begin_output(o.out, {});
   const auto write = [&](const std::string& name, const std::string& text) {

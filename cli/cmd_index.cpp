@@ -28,7 +28,8 @@ int run_index(const std::string& dir, const Invocation& invocation) {
                     "move it away, or give another folder");
   const std::vector<compare::RunSummary> runs = compare::runs_below(dir);
   if (runs.empty() && !there)
-    throw UserError(ExitCode::input, dir, "no run is here or below: no result.json, and no report.html",
+    throw UserError(ExitCode::input, dir,
+                    "no run is here or below: no result.json, no study and no page of a run",
                     "give the folder below which runs were written (--out of the commands)");
   write_text_file(page, compare::run_index_html(dir, runs, invocation.argv, version_string()));
   say(fmt::format("{} {} listed", runs.size(), runs.size() == 1 ? "run" : "runs"));

@@ -4,14 +4,18 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "twin/base/errors.hpp"
+#include "twin/twin.hpp"
+
 namespace fringetwin::cli {
 namespace {
 
 CLI::Option* takes_folder(CLI::Option* option) {
   const auto file_of_folder = [](std::string& text) -> std::string {
-    std::error_code ignored;
-    const std::filesystem::path file = std::filesystem::path(text) / "twin.toml";
-    if (std::filesystem::is_regular_file(file, ignored)) text = file.string();
+    try {
+      text = twin_file_of(text).string();
+    } catch (const UserError&) {  // who reads the twin says so again, after --help and what is misspelt
+    }
     return "";
   };
   return option->transform(CLI::Validator(file_of_folder, ""))->type_name("TWIN.toml");

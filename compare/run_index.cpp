@@ -29,7 +29,7 @@ std::string gains_text(const RunSummary& run) {
 std::string words_of(const RunSummary& run) {
   if (!run.fault.empty()) return run.fault;
   if (!run.answer.empty()) return run.answer;
-  return run.has_page ? "" : "no page: the run has not ended, or its page was removed";
+  return !run.page.empty() ? "" : "no page: the run has not ended, or its page was removed";
 }
 
 std::string date_of(const RunSummary& run) {
@@ -61,8 +61,8 @@ report::Table table_of(const std::vector<RunSummary>& runs) {
         {run.folder.string(), date_of(run), run.twin, run.command, run.verdict, words_of(run),
          optional_number(run.held_out_ratio, 3), optional_number(run.phase_rms_rad, 5), gains_text(run)},
         run.fault.empty() ? "" : "fault");
-    if (run.has_page)
-      table.rows.back().link = report::url_path((run.folder / "report.html").lexically_normal().string());
+    if (!run.page.empty())
+      table.rows.back().link = report::url_path((run.folder / run.page).lexically_normal().string());
   }
   return table;
 }

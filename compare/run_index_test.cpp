@@ -35,6 +35,13 @@ class RunIndex : public ::testing::Test {
     page.verdict = "explained; no limits set";
     write(folder / "report.html", page.html());
   }
+  /// Writes a page as the other commands do, without an answer.
+  void write_titled_page(const fs::path& file, const std::string& title, const std::string& verdict = "") {
+    report::Page page;
+    page.title = title;
+    page.verdict = verdict;
+    write(file, page.html());
+  }
   std::string index() {
     return run_index_html(dir_, runs_below(dir_), {"fringetwin", "index", "a b"}, "1.2.3");
   }
@@ -57,7 +64,7 @@ TEST_F(RunIndex, ARowSaysWhatTheRunFound) {
   const std::vector<RunSummary> runs = runs_below(dir_);
   ASSERT_EQ(runs.size(), 2u);
   EXPECT_EQ(runs[0].folder, "a/deep") << "by their paths";
-  EXPECT_FALSE(runs[0].has_page);
+  EXPECT_EQ(runs[0].page, "");
   EXPECT_EQ(runs[1].twin, "two <b> spheres");
   EXPECT_EQ(runs[1].command, "cosim");
   EXPECT_EQ(runs[1].answer, "Twin & rig agree.");
@@ -80,7 +87,6 @@ TEST_F(RunIndex, PagesOfStudiesAndMeasurementsHaveRowsToo) {
   write("study/study.db", "");
   write("study/result.json", R"({"kind": "monte-carlo"})");
   write_page("study", "The radius is 5.");
-  write("running/study.db", "");  // has no page yet
   write_page("page", "12 points.");
   write("others/report.html", "<html><header><h1>mine</h1></header></html>");
   const std::vector<RunSummary> runs = runs_below(dir_);
@@ -89,6 +95,41 @@ TEST_F(RunIndex, PagesOfStudiesAndMeasurementsHaveRowsToo) {
   EXPECT_EQ(runs[1].command, "study");
   EXPECT_EQ(runs[1].answer, "The radius is 5.");
   EXPECT_EQ(runs[1].fault, "") << "a study's result.json is of another kind";
+}
+
+TEST_F(RunIndex, AStudyThatIsNotFinishedSaysSo) {
+  write("running/study.db", "");
+  write("stopped/study.db", "");
+  write_titled_page("stopped/unfinished.html", "Study “ball”", "not converged");
+  const std::vector<RunSummary> runs = runs_below(dir_);
+  ASSERT_EQ(runs.size(), 2u);
+  for (const RunSummary& run : runs) {
+    EXPECT_EQ(run.command, "study");
+    EXPECT_EQ(run.answer, "The study is not finished.");
+    EXPECT_EQ(run.verdict, "") << "it has none yet";
+  }
+  EXPECT_EQ(runs[0].page, "");
+  EXPECT_EQ(runs[1].twin, "Study “ball”");
+  EXPECT_THAT(index(), HasSubstr("<a href=\"stopped/unfinished.html\">stopped</a>"));
+}
+
+TEST_F(RunIndex, PagesWithNamesOfTheirOwnHaveRowsWithoutAVerdict) {
+  write_titled_page("both/calibration.html", "Calibration");
+  write_titled_page("both/photometry.html", "Photometry");
+  write_titled_page("cost/needs.html", "What “a rig” needs");
+  write("cost/pareto.html", "<html><header><h1>mine</h1></header></html>");
+  write_page("cost", "Twin and rig agree.");
+  const std::vector<RunSummary> runs = runs_below(dir_);
+  ASSERT_EQ(runs.size(), 4u);
+  EXPECT_EQ(runs[0].command, "photometry");
+  EXPECT_EQ(runs[0].answer, "Photometry");
+  EXPECT_EQ(runs[1].command, "calibrate");
+  EXPECT_EQ(runs[1].verdict, "");
+  EXPECT_EQ(runs[2].answer, "Twin and rig agree.") << "the run comes first";
+  EXPECT_EQ(runs[3].command, "needs");
+  EXPECT_EQ(runs[3].answer, "What “a rig” needs");
+  EXPECT_THAT(index(), HasSubstr("<a href=\"both/calibration.html\">both</a>"));
+  EXPECT_THAT(index(), HasSubstr("<a href=\"cost/needs.html\">cost</a>"));
 }
 
 TEST_F(RunIndex, WhatCannotBeReadIsARowThatSaysSo) {

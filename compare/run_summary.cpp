@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "compare/held_out/held_out.hpp"
 #include "compare/result_file.hpp"
+#include "compare/run_page.hpp"
 #include "report/html_page.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
@@ -98,27 +100,53 @@ std::chrono::system_clock::time_point time_of(const fs::path& file) {
                                             : std::chrono::system_clock::time_point{};
 }
 
-/// Returns the run that a folder holds; nothing where it holds none.
+/// Returns the run that a folder holds, with its report or what there is of one; nothing where it holds none.
 std::optional<RunSummary> run_in(const fs::path& folder) {
   std::error_code none;  // what cannot be looked at is not there
-  const fs::path result = folder / "result.json", page = folder / "report.html";
-  const bool has_result = fs::exists(result, none), is_study = fs::exists(folder / "study.db", none);
+  const fs::path result = folder / "result.json";
+  const bool has_result = fs::exists(result, none), is_study = is_study_folder(folder);
   RunSummary run;
   if (is_study)
-    run.command = "study";  // whose result.json is of another kind
+    run.command = "study";
   else if (has_result)
     read_result(result, run);
-  run.has_page = fs::exists(page, none) && read_page(page, run);
-  if (!run.has_page && (is_study || !has_result)) return {};
-  run.written = time_of(has_result && !is_study ? result : page);
+  if (read_page(folder / kRunPage, run)) {
+    run.page = kRunPage;
+  } else if (is_study) {
+    run.answer = "The study is not finished.";
+    if (RunSummary unfinished; read_page(folder / kUnfinishedStudyPage, unfinished)) {
+      run.page = kUnfinishedStudyPage;
+      run.twin = unfinished.twin;  // its verdict is none yet
+    }
+  }
+  if (run.page.empty() && !is_study && !has_result) return {};
+  run.written =
+      time_of(has_result && !is_study ? result : folder / (run.page.empty() ? "study.db" : run.page));
   return run;
+}
+
+/// Returns the runs whose pages have names of their own: what they are about stands in their titles.
+std::vector<RunSummary> own_pages_in(const fs::path& folder) {
+  std::vector<RunSummary> runs;
+  for (const OwnPage& page : kOwnPages) {
+    RunSummary run;
+    if (!read_page(folder / page.name, run)) continue;
+    if (run.answer.empty()) run.answer = std::exchange(run.twin, "");
+    run.command = page.command;
+    run.page = page.name;
+    run.written = time_of(folder / page.name);
+    runs.push_back(std::move(run));
+  }
+  return runs;
 }
 
 void look_below(const fs::path& dir, const fs::path& at, int depth, std::vector<RunSummary>& runs) {
   throw_if_cancelled();
-  if (std::optional<RunSummary> run = run_in(dir / at)) {
-    run->folder = at;
-    runs.push_back(std::move(*run));
+  std::vector<RunSummary> here = own_pages_in(dir / at);
+  if (std::optional<RunSummary> run = run_in(dir / at)) here.insert(here.begin(), std::move(*run));
+  for (RunSummary& run : here) {
+    run.folder = at;
+    runs.push_back(std::move(run));
   }
   if (depth == kDeepest) return;
   std::error_code error;  // a folder that cannot be read has no runs to show

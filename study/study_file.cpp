@@ -11,6 +11,7 @@
 #include "study/volume_map/volume_map.hpp"
 #include "twin/base/paths.hpp"
 #include "twin/file/toml_reader.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::study {
 namespace fs = std::filesystem;
@@ -71,8 +72,8 @@ StudyFile load_study(const fs::path& file) {
   StudyHead& head = study.head;
   head.file = tidy_path(file);
   head.name = root.string("name").value_or(head.file.stem().string());
-  head.twin = resolve_path(root.required_string("twin"), head.file.parent_path(), root.where("twin"),
-                           ExitCode::usage);
+  head.twin = twin_file_of(resolve_path(root.required_string("twin"), head.file.parent_path(),
+                                        root.where("twin"), ExitCode::usage));
   head.content = root.flattened();
   head.content.erase("name");
   head.content.erase("twin");

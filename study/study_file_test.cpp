@@ -101,6 +101,16 @@ TEST_F(StudyFileTest, EveryKey) {
   EXPECT_EQ(sobol.head.name, "study");
 }
 
+TEST_F(StudyFileTest, AFolderStandsForItsTwin) {
+  const std::string schema = "schema = \"fringetwin-study/1\"\n";
+  EXPECT_EQ(load(schema + "twin = \"rig\"\n" + kDepth).head.twin, folder_ / "rig/twin.toml");
+  EXPECT_THAT(error(schema + "twin = \".\"\n" + kDepth), HasSubstr("is a folder without a twin.toml"));
+  const auto digest = [&](const std::string& twin) {
+    return check(schema + "twin = \"" + twin + "\"\n" + kDepth).digest();
+  };
+  EXPECT_EQ(digest("rig"), digest("rig/twin.toml")) << "the same study";
+}
+
 TEST_F(StudyFileTest, Faults) {
   const auto line = [&](int n) { return fmt::format("study.toml:{}: ", n); };
   EXPECT_THAT(error("schema = \"fringetwin-twin/1\"\n"), HasSubstr("must be \"fringetwin-study/1\""));

@@ -391,9 +391,13 @@ struct Twin {
   double sampled_side_px(const Camera& camera) const { return render.pixel_fill * camera.pixel_side_px(); }
 };
 
-/// Reads and checks a twin.toml. Throws UserError(usage) with file, line and key; unknown keys name
-/// the nearest known one. ${FRINGETWIN_CAPTURES} in a path is replaced by that environment variable
-/// (default: ../shared/captures beside the project's checkout).
+/// Returns the twin.toml of a folder; what is no folder as it is. Throws UserError(usage) of a folder that
+/// has none.
+std::filesystem::path twin_file_of(const std::filesystem::path& file_or_folder);
+
+/// Reads and checks a twin.toml, for which its folder may stand. Throws UserError(usage) with file, line and
+/// key; unknown keys name the nearest known one. ${FRINGETWIN_CAPTURES} in a path is replaced by that
+/// environment variable (default: ../shared/captures beside the project's checkout).
 Twin load_twin(const std::filesystem::path& file);
 /// The same with values (TOML text) put in the place of some keys before anything is checked; the file stays
 /// as it is. Paths of keys: "camera.left.sensor.bit_depth" (cameras, objects, fits by name or as

@@ -11,6 +11,7 @@
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine_guard.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/nearest_word.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -27,15 +28,31 @@ constexpr std::array kByThemselves{"size",           "specular",        "intrins
                                    "subsurface",     "roughness",       "image_harmonics", "raster",
                                    "fringe_contrast"};
 
-[[noreturn]] void refuse_unknown(const std::string& word) {
+/// Returns the words that may be meant: groups, what is no parameter, and the names of the twin's parameters.
+std::vector<std::string> words_for(const Twin& twin, const std::vector<int>& use_steps) {
+  std::vector<std::string> words = {"texture", kTextureSpread, "offset", "gain", "black"};
+  for (const ParameterGroup& group : parameter_groups()) {
+    if (group.instead.empty()) words.push_back(group.name);
+    for (const Parameter& p : refinable_parameters_of(twin, group.name, use_steps)) words.push_back(p.name);
+  }
+  return words;
+}
+
+/// The list of all words is longer than a sentence may be: the help has it.
+[[noreturn]] void refuse_unknown(const std::string& word, const Twin& twin,
+                                 const std::vector<int>& use_steps) {
+  const std::string where = "--refine " + word;
   const auto& groups = parameter_groups();
-  const bool known = std::ranges::any_of(groups, [&](const auto& g) { return g.name == word; });
-  const std::string absent = known ? parameter_group(word).absent : "";
-  throw UserError(
-      ExitCode::usage, "--refine " + word, known ? "the twin has no such parameter" : "is not known",
-      !absent.empty()
-          ? absent
-          : "use one or more of " + refine_names() + ", or a parameter's own name (projector.k1)");
+  if (std::ranges::any_of(groups, [&](const auto& g) { return g.name == word; })) {
+    const std::string absent = parameter_group(word).absent;
+    throw UserError(ExitCode::usage, where, "the twin has no such parameter",
+                    !absent.empty() ? absent : "leave it out; `fringetwin help cosim` lists the words");
+  }
+  const std::string near = did_you_mean(word, words_for(twin, use_steps));
+  throw UserError(ExitCode::usage, where, "is not known",
+                  (near.empty() ? "" : near + " ") +
+                      "`fringetwin help cosim` lists the words, and a "
+                      "parameter's own name (projector.k1) is one, too");
 }
 
 /// Refuses words that mean the same of the images, or need another word.
@@ -114,7 +131,7 @@ std::vector<Parameter> chosen_parameters(const Twin& twin, const std::vector<std
       if (wanted) chosen.push_back(std::move(p));
     }
   for (std::size_t i = 0; i < asked.size(); ++i)
-    if (!met[i] && !is_no_parameter(asked[i])) refuse_unknown(asked[i]);
+    if (!met[i] && !is_no_parameter(asked[i])) refuse_unknown(asked[i], twin, use_steps);
   if (std::ranges::any_of(chosen, [](const Parameter& p) { return p.group == "timing"; }))
     make_ready_for_timing(twin, chosen);
   refuse_what_stands_together(twin, asked, chosen);

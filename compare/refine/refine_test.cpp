@@ -11,6 +11,7 @@
 #include "compare/refine/refine_start.hpp"
 #include "tests/support/compare/synthetic_sides.hpp"
 #include "twin/base/errors.hpp"
+#include "twin/base/plain_text.hpp"
 #include "twin/merge/toml_merge.hpp"
 
 namespace fringetwin::compare::refine_test {
@@ -196,6 +197,9 @@ TEST(Refine, WhatNoKeyHoldsIsRefusedWithWhatToDo) {
        {"light", "image_3.light", "size", "intrinsics", "specular", "left", "ball", "projector"})
     EXPECT_EQ(message(asked), "") << asked;
   EXPECT_THAT(message("texture_spread"), HasSubstr("add texture"));
+  EXPECT_THAT(message("posee"), HasSubstr("is not known; did you mean \"pose\"? `fringetwin help cosim`"));
+  EXPECT_THAT(message("texure"), HasSubstr("did you mean \"texture\"?"));
+  EXPECT_LT(message("of none of them").size(), kLongestSentence) << "none of it is left out";
   twin.projector->blur_px = 1.0;  // then it may vary, and that only by its own name
   for (const Parameter& p : refinable_parameters(twin, {"projector"})) EXPECT_NE(p.group, "blur_field");
   EXPECT_EQ(refinable_parameters(twin, {"blur_field"}).size(), 5u);

@@ -53,12 +53,20 @@ void KeptPoints::tell_later_gate_warnings() const {
       with_gate_warnings_ - 1, with_gate_warnings_ == 2 ? "has" : "have"));
 }
 
-std::vector<PointOutcome> KeptPoints::run(const PointSequence& points, const Outlook& outlook) {
+std::vector<PointOutcome> KeptPoints::run(
+    const PointSequence& points, const Outlook& outlook,
+    const std::function<void(const std::vector<StudyPoint>&)>& announce) {
   store_.add(points);
   std::vector<PointOutcome> outcomes = stored(store_, points);
   if (outcomes.size() == points.size()) return outcomes;
   std::set<std::int64_t> done;
   for (const PointOutcome& outcome : outcomes) done.insert(outcome.id);
+  if (announce) {
+    std::vector<StudyPoint> missing;
+    for (const StudyPoint& point : points)
+      if (!done.contains(point.id)) missing.push_back(point);
+    announce(missing);
+  }
   engine_.expect({outlook.finished + done.size(), outlook.in_all});
   run(Planned{plan_traces(task_.twin, points), std::move(done)});
   return stored(store_, points);

@@ -3,6 +3,7 @@
 // whose outcomes the study's store lacks, and the outcomes are stored as they come.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <set>
 #include <vector>
 
@@ -29,8 +30,10 @@ class KeptPoints {
   void run(const Planned& planned);
 
   /// Plans the points, runs those that the store has not finished, and returns the outcomes of all of them,
-  /// which are the same after any interruption. `outlook`: how far the study is. Throws as the engine does.
-  std::vector<PointOutcome> run(const PointSequence& points, const Outlook& outlook = {});
+  /// which are the same after any interruption. `outlook`: how far the study is. `announce` is called with
+  /// the points that will run, where there are any. Throws as the engine does.
+  std::vector<PointOutcome> run(const PointSequence& points, const Outlook& outlook = {},
+                                const std::function<void(const std::vector<StudyPoint>&)>& announce = {});
 
   /// Says of how many points there were gate warnings after the first one, whose were told when it came.
   void tell_later_gate_warnings() const;

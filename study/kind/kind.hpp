@@ -45,6 +45,8 @@ class Kind {
   virtual std::string tell(const StudyRecord& study, const EngineSummary& summary) const = 0;
   /// Returns what can be said on stdout of a study that was stopped, from its rows so far, in whole lines.
   virtual std::string tell_stopped(const std::vector<StoredPoint>& /*rows*/) const { return {}; }
+  /// Whether a study of this kind has a page before it is finished.
+  virtual bool has_page_so_far() const { return false; }
   /// Returns the page of a study that is not finished, from its rows so far; nothing where the kind has none.
   /// Throws Cancelled.
   virtual std::optional<StudyReport> report_so_far(const StudyRecord& /*study*/) const {

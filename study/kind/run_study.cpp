@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <sstream>
 
+#include "compare/run_page.hpp"
 #include "report/plot/page_drawings.hpp"
+#include "report/text.hpp"
 #include "study/kind/check_study.hpp"
 #include "study/kind/empty_columns.hpp"
 #include "twin/base/errors.hpp"
@@ -23,7 +26,7 @@ constexpr std::size_t kMostReasons = 5;
 /// The table of a study that was stopped: study.csv is there only of one that is finished.
 constexpr const char* kUnfinished = "unfinished.csv";
 /// Its page, where it was asked for.
-constexpr const char* kUnfinishedPage = "unfinished.html";
+constexpr const char* kUnfinishedPage = compare::kUnfinishedStudyPage;
 
 /// The last files of an earlier run go only once the folder is known to be of this study.
 void take_away_last_files(const Kind& kind, const fs::path& out) {
@@ -52,13 +55,21 @@ void write_so_far(const Kind& kind, const std::vector<StoredPoint>& rows, const 
   say("table so far: " + (run.out / kUnfinished).string());
 }
 
+/// Returns the command that shows a stopped study, made of the one that was typed.
+std::string so_far_command(std::vector<std::string> argv) {
+  std::erase(argv, "--figures");  // are drawn of a study that is finished
+  argv.insert(std::ranges::find(argv, "--"), "--so-far");
+  return report::shell_command(argv);
+}
+
 /// Shows what there is so far. A table that cannot be written is a warning: what was asked for is the end.
 void show_unfinished(const Kind& kind, const StudyStore& store, const StudyRun& run) {
   try {
     const std::vector<StoredPoint> rows = rows_so_far(store);
     if (rows.empty()) return;
     write_so_far(kind, rows, run);
-    say("the same command with --so-far shows it again, with a page where the kind of study has one");
+    say(fmt::format("`{}` {}", so_far_command(run.argv),
+                    kind.has_page_so_far() ? "makes a page of that" : "shows that again"));
   } catch (const UserError& fault) {
     warn(fault.what());
   }

@@ -62,6 +62,7 @@ class SumKind final : public Kind {
   std::string tell_stopped(const std::vector<StoredPoint>& rows) const override {
     return points_text(rows.size()) + " so far\n";
   }
+  bool has_page_so_far() const override { return true; }
   std::optional<StudyReport> report_so_far(const StudyRecord& study) const override {
     return StudyReport{std::to_string(study.rows.size()) + " rows so far", {}};
   }
@@ -86,7 +87,7 @@ class RunStudyTest : public ::testing::Test {
     SumKind kind(head_, has_result_);
     said_.clear();
     const auto print = [&](const std::string& text) { said_ += text; };
-    return run_study(kind, head_, {folder_ / "out", engine_, {}, "1", figures, print, json});
+    return run_study(kind, head_, {folder_ / "out", engine_, argv_, "1", figures, print, json});
   }
   ExitCode show_so_far(bool json = false) {
     SumKind kind(head_, has_result_);
@@ -98,6 +99,7 @@ class RunStudyTest : public ::testing::Test {
   StudyHead head_;
   QuickEngine engine_;
   bool has_result_ = true;
+  std::vector<std::string> argv_ = {"fringetwin", "study", "a ball.toml", "--figures", "--out", "out"};
   std::string said_;
 };
 
@@ -117,7 +119,10 @@ TEST_F(RunStudyTest, GoesOnWhereItStopped) {
   run();
   std::filesystem::remove(folder_ / "out/study.db");
   engine_.most = 3;
+  ::testing::internal::CaptureStderr();
   EXPECT_THROW(run(), Cancelled);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+              HasSubstr("`fringetwin study 'a ball.toml' --out out --so-far` makes a page of that\n"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html")) << "of a study that is not complete";
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/study.csv"));
   EXPECT_EQ(said_, "3 points so far\n");

@@ -66,12 +66,18 @@ TEST_F(MonteCarloCommand, GivesUncertaintyAndRanking) {
 
 TEST_F(MonteCarloCommand, GoesOnWithMoreTrials) {
   write_study("digits = 4\n", 5);  // 10 trials do not tell four digits
-  EXPECT_EQ(run("a").exit_code, 5);
+  const RunResult few = run("a");
+  EXPECT_EQ(few.exit_code, 5);
+  EXPECT_THAT(few.err, HasSubstr("cannot converge: that takes 2 blocks (least_blocks) of 5 trials "
+                                 "(block_trials), and most_trials is 5; give most_trials = 10 or more, or "
+                                 "block_trials = 2 or less\n"));
   write_study("digits = 4\n", 10);
   const RunResult raised = run("a");
   EXPECT_EQ(raised.exit_code, 5) << raised.err;
   EXPECT_THAT(raised.out, HasSubstr("10 trials, 0 failed, 5 points in this run"));
   EXPECT_THAT(raised.err, HasSubstr("trials 6 ... 10 of at most 10"));
+  EXPECT_THAT(raised.err, ::testing::Not(HasSubstr("trials 1 ..."))) << "those are kept";
+  EXPECT_THAT(raised.err, ::testing::Not(HasSubstr("cannot converge")));
   EXPECT_THAT(raised.err, HasSubstr("study 60 %"));  // of 10 trials: what there was counts
   EXPECT_THAT(raised.err, ::testing::Not(HasSubstr("study 20 %")));
   EXPECT_THAT(raised.err, HasSubstr("not converged after 10 trials: raise most_trials"));

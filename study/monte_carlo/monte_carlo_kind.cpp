@@ -31,8 +31,8 @@ std::size_t rounded_up(std::size_t n) {
   return (n + unit - 1) / unit * unit;
 }
 
-/// Says what comes next: a block of trials or, after the last one, the points of the Sobol indices. `needed`:
-/// trials in all, as far as that can be told.
+/// Says what comes next: those trials of a block that are not kept from before or, after the last block, the
+/// points of the Sobol indices. `needed`: trials in all, as far as that can be told.
 std::string trials_text(const std::vector<StudyPoint>& batch, const MonteCarloPlan& plan,
                         std::optional<std::size_t> needed) {
   const std::int64_t first = batch.front().id, last = batch.back().id;
@@ -47,6 +47,19 @@ Outlook outlook_of(const std::vector<StudyPoint>& batch, const MonteCarloPlan& p
   if (batch.front().id >= kFirstRowId) return {};
   return {static_cast<std::size_t>(batch.front().id),
           std::min(needed.value_or(plan.most_trials), plan.most_trials)};
+}
+
+/// Warns where the rule could not be met however well the numbers are known: it asks for more blocks than
+/// there will be.
+void warn_of_too_few_trials(const MonteCarloPlan& plan) {
+  const std::size_t block = plan.rule.trials_per_block(), blocks = plan.rule.least_blocks,
+                    most_block = plan.most_trials / blocks;
+  if (block <= most_block) return;
+  warn(fmt::format(
+      "this study cannot converge: that takes {} blocks (least_blocks) of {} trials (block_trials), and "
+      "most_trials is {}; give most_trials = {} or more{}",
+      blocks, block, plan.most_trials, blocks * block,
+      most_block < 2 ? "" : fmt::format(", or block_trials = {} or less", most_block)));
 }
 
 class MonteCarloKind final : public Kind {
@@ -73,13 +86,15 @@ class MonteCarloKind final : public Kind {
   void run(KeptPoints& kept) override {
     say(fmt::format("study \"{}\": blocks of {} trials, at most {}", head_.name,
                     plan_.rule.trials_per_block(), plan_.most_trials));
+    warn_of_too_few_trials(plan_);
     std::optional<std::size_t> needed;
     bool is_warned = false;
     result_ = run_monte_carlo(
         plan_,
         [&](const std::vector<StudyPoint>& batch) {
-          say(trials_text(batch, plan_, needed));
-          return kept.run(batch, outlook_of(batch, plan_, needed));
+          return kept.run(
+              batch, outlook_of(batch, plan_, needed),
+              [&](const std::vector<StudyPoint>& missing) { say(trials_text(missing, plan_, needed)); });
         },
         [&](const MonteCarloResult& so_far) {
           needed = so_far.converged ? std::nullopt : trials_foreseen(so_far);
@@ -104,6 +119,7 @@ class MonteCarloKind final : public Kind {
     return out;
   }
 
+  bool has_page_so_far() const override { return true; }
   std::optional<StudyReport> report_so_far(const StudyRecord& study) const override {
     const MonteCarloResult so_far = monte_carlo_so_far(plan_, study.rows);
     if (so_far.numbers.empty()) return std::nullopt;

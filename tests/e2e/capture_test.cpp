@@ -50,7 +50,8 @@ TEST(CaptureCommand, RehearsalClosesTheLoop) {
   FT_NEED_DEVICE();
   const fs::path dir = scratch_folder("capture_loop");
   write_file(dir / "twin.toml", noisy_twin("[real]\ncaptures = \"real\"\n[limits]\nphase_rms_rad = 0.05\n"));
-  const RunResult recorded = capture(dir / "twin.toml", dir / "real", {"--seed", "1", "--average", "1"});
+  // its folder stands for the twin
+  const RunResult recorded = capture(dir, dir / "real", {"--seed", "1", "--average", "1"});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
   EXPECT_EQ(run_fringetwin({"capture", "--verify", (dir / "real").string()}).exit_code, 0);
   const RunResult run =
@@ -272,6 +273,11 @@ TEST(CaptureCommand, BadInput) {
   expect_refused(run({"--camera", rehearsal, "--exposure-ms", "5000"}), 4, {"takes exposures of"});
   expect_refused(run({"--camera", rehearsal, "--resume", "--overwrite"}), 2, {"exclude each other"});
   expect_refused(run({"--camera", "twin:" + (dir / "none.toml").string()}), 2, {"none.toml"});
+  fs::create_directories(dir / "empty");
+  expect_refused(run({"--camera", "twin:" + (dir / "empty").string()}), 2,
+                 {"empty: is a folder without a twin.toml"});
+  expect_refused(run_fringetwin({"cosim", (dir / "empty").string(), "--out", out.string()}), 2,
+                 {"empty: is a folder without a twin.toml"});
   EXPECT_FALSE(fs::exists(out / "capture.toml"));
   write_file(dir / "other.toml", small_twin({{"imagersize = [160, 120]", "imagersize = [150, 120]"}}));
   expect_refused(run({"--camera", "twin:" + (dir / "other.toml").string()}), 4,

@@ -86,6 +86,7 @@ TEST(Into, IsRefusedBeforeTheWork) {
   refused({"--into", dir.string()},
           {"--into " + (dir / "twin.toml").string(), "name what to fit with --refine"});
   refused({"--refine", "size", "--into", (dir / "none.toml").string()}, {"none.toml", "cannot be read"});
+  refused({"--refine", "size", "--into", (dir / "out").string()}, {"out: is a folder without a twin.toml"});
   std::string other = by_hand("19", "20");
   other.replace(other.find("name = \"ball\""), 13, "name = \"bell\"");
   write_file(dir / "other.toml", other);

@@ -316,6 +316,30 @@ TEST(Export, WritesTheDrawingsOfAPage) {
       {"a page has no tables", "--figures"});
 }
 
+// Folders of needs, pareto, photometry, calibrate and of studies have a page, and no table of a comparison.
+TEST(Export, FindsThePageOfAFolderWithoutAResult) {
+  const auto dir = scratch_folder("export_page_alone");
+  const auto exported = [&](const fs::path& run, std::vector<std::string> more) {
+    more.insert(more.begin(), {"export", run.string(), "--out", (dir / "out").string()});
+    return run_fringetwin(more);
+  };
+  for (const char* name : {"needs", "pareto", "photometry", "calibration"}) {
+    write_file(
+        dir / name / (std::string(name) + ".html"),
+        "<html><svg role=\"img\"><g id=\"" + std::string(name) + "-gnuplot_canvas\"></g></svg></html>");
+    const RunResult run = exported(dir / name, {"--figures"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.out, (dir / "out" / (std::string(name) + ".svg")).string() + "\n");
+    expect_refused(exported(dir / name, {}), 2, {name, "holds no result of cosim", "--figures exports"});
+  }
+  write_file(dir / "study" / "study.db", "");
+  write_file(dir / "study" / "result.json", R"({"schema": "fringetwin-monte-carlo/1"})");
+  expect_refused(exported(dir / "study", {"--figures"}), 3, {"has no page yet", "--so-far` makes one"});
+  write_file(dir / "study" / "unfinished.html", read_file(dir / "needs" / "needs.html"));
+  EXPECT_EQ(exported(dir / "study", {"--figures"}).exit_code, 0);
+  expect_refused(exported(dir / "study", {}), 2, {"the table of a study is its study.csv"});
+}
+
 TEST(Export, NamesTheToolThatDidNotDrawThePage) {
   const auto dir = scratch_folder("export_undrawn");
   write_file(dir / "result.json", R"({"schema": "fringetwin-result/1", "fits": [{"object": "ball"}]})");
@@ -419,8 +443,14 @@ TEST(Open, ShowsThePageOfARun) {
   EXPECT_TRUE(fs::exists(dir / "bin" / "xdg-open.late"));
   fs::remove(dir / "report.html");
   expect_refused(run_fringetwin({"open", dir.string()}), 3, {"report.html: there is no such page"});
-  write_file(dir / "needs.html", "<html></html>");
-  EXPECT_EQ(open_with("exit 0").out, (dir / "needs.html").string() + "\n");
+  write_file(dir / "study.db", "");
+  expect_refused(run_fringetwin({"open", dir.string()}), 3,
+                 {"the study is not finished and has no page yet",
+                  "`fringetwin study STUDY.toml --out " + dir.string() + " --so-far` makes one"});
+  for (const char* name : {"unfinished.html", "calibration.html", "photometry.html", "needs.html"}) {
+    write_file(dir / name, "<html></html>");
+    EXPECT_EQ(open_with("exit 0").out, (dir / name).string() + "\n");
+  }
 }
 
 TEST(Options, QuietBeforeAndAfterTheSubcommand) {

@@ -172,7 +172,8 @@ class RefineRefused : public ::testing::Test {
 TEST_F(RefineRefused, UnknownNames) {
   take(small_twin());
   expect_refused(refine("distortion"), 2,
-                 {"--refine distortion", "is not known", "use one or more of pose, size, rig"});
+                 {"--refine distortion", "is not known", "`fringetwin help cosim` lists the words"});
+  expect_refused(refine("posee"), 2, {"--refine posee", "is not known", "did you mean \"pose\"?"});
   expect_refused(refine("pose,ball.shininess"), 2, {"--refine ball.shininess", "is not known"});
   expect_no_result();
 }

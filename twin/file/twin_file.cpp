@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "twin/base/errors.hpp"
 #include "twin/base/paths.hpp"
 
 namespace fringetwin {
@@ -11,9 +12,20 @@ namespace {
 constexpr const char* kTwinSchema = "fringetwin-twin/1";
 }
 
+fs::path twin_file_of(const fs::path& file_or_folder) {
+  std::error_code none;  // what cannot be looked at is read, and that says why not
+  if (!fs::is_directory(file_or_folder, none)) return file_or_folder;
+  const fs::path file = file_or_folder / "twin.toml";
+  if (!fs::is_regular_file(file, none))
+    throw UserError(ExitCode::usage, file_or_folder.string(), "is a folder without a twin.toml",
+                    "give a twin.toml, or the folder that holds one");
+  return file;
+}
+
 Twin load_twin(const fs::path& file) { return load_twin(file, {}); }
 
-Twin load_twin(const fs::path& file, const std::map<std::string, std::string>& settings) {
+Twin load_twin(const fs::path& file_or_folder, const std::map<std::string, std::string>& settings) {
+  const fs::path file = twin_file_of(file_or_folder);
   const TomlTable root = TomlTable::parse_file(file, ExitCode::usage, settings);
   const std::vector<std::string> keys = {
       "schema", "name",   "cameramodel_unit", "camera",  "projector", "fringes",     "object",

@@ -46,6 +46,22 @@ TEST_F(TwinFile, DefaultsOfAMinimalFile) {
   EXPECT_EQ(twin.triangulate(), Triangulate::projector);
 }
 
+TEST_F(TwinFile, AFolderStandsForItsTwin) {
+  const Twin twin = load(kMinimal);
+  EXPECT_EQ(load_twin(folder_).file, twin.file);
+  EXPECT_EQ(load_twin(folder_).name, "test");
+  EXPECT_EQ(twin_file_of(twin.file), twin.file);
+  EXPECT_EQ(twin_file_of(folder_ / "none.toml"), folder_ / "none.toml") << "who reads it says so";
+  fs::create_directories(folder_ / "empty" / "twin.toml");
+  try {
+    load_twin(folder_ / "empty");
+    ADD_FAILURE() << "a folder without a twin was taken";
+  } catch (const UserError& e) {
+    EXPECT_EQ(e.code(), ExitCode::usage);
+    EXPECT_THAT(e.what(), HasSubstr("empty: is a folder without a twin.toml; give a twin.toml, or"));
+  }
+}
+
 // A level of 0 that is written down is known; one that nothing says is not.
 TEST_F(TwinFile, ABlackLevelOfZeroIsStatedWhereItIsWritten) {
   const auto sensor = [&](const std::string& key) {

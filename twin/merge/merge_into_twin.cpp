@@ -32,7 +32,8 @@ void check_loads(const fs::path& written, const fs::path& file) {
 
 }  // namespace
 
-void check_merge_into_twin(const fs::path& file, const std::vector<TomlBlock>& blocks) {
+void check_merge_into_twin(const fs::path& into, const std::vector<TomlBlock>& blocks) {
+  const fs::path file = twin_file_of(into);
   std::vector<TomlBlock> tables = blocks;
   for (TomlBlock& table : tables) table.keys.clear();
   (void)merge_toml(text_of(file), tables, file.string());
@@ -40,7 +41,7 @@ void check_merge_into_twin(const fs::path& file, const std::vector<TomlBlock>& b
 
 void name_files_from(const fs::path& into, const fs::path& dir, const std::vector<std::string>& keys,
                      std::vector<TomlBlock>& blocks) {
-  const fs::path folder = tidy_path(into).parent_path();
+  const fs::path folder = tidy_path(twin_file_of(into)).parent_path();
   for (TomlBlock& block : blocks)
     for (TomlKey& key : block.keys)
       if (std::ranges::find(keys, key.name) != keys.end()) {
@@ -49,7 +50,8 @@ void name_files_from(const fs::path& into, const fs::path& dir, const std::vecto
       }
 }
 
-std::size_t merge_into_twin(const fs::path& file, const std::vector<TomlBlock>& blocks) {
+std::size_t merge_into_twin(const fs::path& into, const std::vector<TomlBlock>& blocks) {
+  const fs::path file = twin_file_of(into);
   const std::string before = text_of(file);
   const std::string after = merge_toml(before, blocks, file.string());
   std::error_code error;
