@@ -62,7 +62,8 @@ let n = 0;
 for (const e of document.querySelectorAll('svg text')) {
   if (!e.textContent.trim() || !e.getClientRects().length) continue;
   ++n;
-  const to_screen = e.getScreenCTM(), size = parseFloat(getComputedStyle(e).fontSize) * Math.hypot(to_screen.c, to_screen.d);
+  const to_screen = e.getScreenCTM();
+  const size = parseFloat(getComputedStyle(e).fontSize) * Math.hypot(to_screen.c, to_screen.d);
   if (size < 9) small.push(`${size.toFixed(2)} px: ${e.textContent.trim().slice(0, 40)}`);
 }
 return {texts: n, small: small};"""
@@ -221,7 +222,8 @@ def scrolled_by_key(b, kind):
     b.keys(*[RIGHT] * 3)
     b.settled("")
     until = time.monotonic() + 2
-    while (px := b.settled(f"return document.getElementById('wide-{kind}').scrollLeft;")) == 0 and time.monotonic() < until:
+    scrolled = f"return document.getElementById('wide-{kind}').scrollLeft;"
+    while (px := b.settled(scrolled)) == 0 and time.monotonic() < until:
         time.sleep(0.05)  # it glides there
     return {"at": at, "px": px}
 
@@ -249,7 +251,7 @@ def look_at(b, page, shot):
     seen = {"title": b.call("GET", "/title")}
     shot("top")
     seen["overflow_px"] = b.script("return document.documentElement.scrollWidth - innerWidth;")
-    # a comparison has a slider; with a measured object, the shape of which is the cloud's, it has no cloud
+    # a comparison has a slider, and a cloud unless its object is a measured one; a measurement has a cloud alone
     has_slider, has_cloud = (b.script(f"return document.querySelector('{css}') !== null;")
                              for css in (".slider input", ".cloud canvas"))
     has_cloud = has_cloud and has_slider

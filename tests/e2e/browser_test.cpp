@@ -171,6 +171,21 @@ TEST(Browser, ThePageMovesPrintsAndLoadsNothing) {
   EXPECT_FALSE(seen["scrolled_by_key"]["table"].is_null());  // on a phone some table is wider than the page
 }
 
+/// A measured object has no fitted points, so its comparison has a slider and no cloud.
+TEST(Browser, TheReportOfAMeasuredObject) {
+  FT_NEED_DEVICE();
+  FT_NEED_BROWSER();
+  FT_NEED_CAPTURES("slmaster-mono-relief");
+  const fs::path out = scratch_folder("browser_measured");
+  expect_made({"cosim", dataset_twin("slmaster-mono-relief").string(), "--out", out.string()});
+  const json seen = look_at(out / "report.html");
+  SCOPED_TRACE(seen.dump(1));
+  expect_readable(seen);
+  expect_loads_nothing(seen);
+  EXPECT_FALSE(seen.contains("cloud"));
+  for (const char* at : {"slider_at", "words_at"}) EXPECT_TRUE(seen["keyboard"][at].is_string()) << at;
+}
+
 TEST(Browser, TheIndexOfRuns) {
   FT_NEED_BROWSER();
   const fs::path dir = scratch_folder("browser_index");
