@@ -132,10 +132,20 @@ std::string worst_of_all(const Comparison& c) {
   return worst;
 }
 
+/// Returns the command of a command line: its first word but for the program's own options (`-q`, `--limits
+/// 10`).
+std::string command_of(const std::vector<std::string>& argv) {
+  for (std::size_t i = 1; i < argv.size(); ++i) {
+    if (!argv[i].starts_with('-')) return argv[i];
+    if (argv[i] == "--limits") ++i;
+  }
+  return "";
+}
+
 /// Returns the command again with an option set to a value, written into FOLDER-`suffix`.
 std::vector<std::string> again(const Twin& twin, std::vector<std::string> argv, const std::string& option,
                                const std::string& value, const std::string& suffix) {
-  if (argv.size() < 2 || argv[1] != "cosim") {  // of compare, or from Python
+  if (command_of(argv) != "cosim") {  // of compare, or from Python
     const auto out = std::ranges::find(argv, "--out");
     const bool named = out != argv.end() && out + 1 != argv.end();
     argv = {"fringetwin", "cosim", twin.file.string(), "--out", named ? *(out + 1) : "out"};

@@ -153,6 +153,18 @@ TEST(Answer, NamesTheCauseAndTheCommandThatFitsIt) {
             "build/fringetwin cosim 'my twin.toml' --out out/a-refined --refine pose,response");
 }
 
+TEST(Answer, RepeatsACommandWithTheProgramsOwnOptions) {
+  Twin twin;
+  twin.file = "elsewhere/twin.toml";
+  EXPECT_EQ(command(next_step(
+                caused_by({"blur"}), twin,
+                {"fringetwin", "-q", "--limits", "10", "cosim", "t.toml", "--samples", "9", "--out", "o"})),
+            "fringetwin -q --limits 10 cosim t.toml --samples 9 --out o-refined --refine blur");
+  EXPECT_EQ(
+      command(next_step(caused_by({"blur"}), twin, {"fringetwin", "-q", "compare", "cosim", "--out", "o"})),
+      "fringetwin cosim elsewhere/twin.toml --out o-refined --refine blur");
+}
+
 TEST(Answer, RefinesWhatMovedWhereAllPlacesWouldMoveTogether) {
   Comparison c = caused_by({"rig + pose + response"});
   c.causes.rows.resize(2);
