@@ -58,8 +58,8 @@ fs::path drawn_page(const fs::path& run) {
 /// Returns whether `run` is a page, or a folder that has one beside no result whose tables could be written.
 bool has_page_alone(const fs::path& run) {
   if (!fs::is_directory(run)) return is_page(run);
-  const bool has_result = fs::exists(run / "result.json") && !compare::is_study_folder(run);
-  return !has_result && (compare::is_study_folder(run) || !compare::page_in(run).empty());
+  return compare::is_study_folder(run) ||
+         (!fs::exists(run / "result.json") && !compare::page_in(run).empty());
 }
 
 std::vector<report::PageDrawing> drawings_of(const fs::path& page) {

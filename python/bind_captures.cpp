@@ -28,6 +28,14 @@ std::shared_ptr<CameraImages> images_of(const std::shared_ptr<std::vector<Camera
   throw py::key_error(camera);
 }
 
+/// (name, images) of all cameras.
+py::list items_of(const PyCaptures& set) {
+  py::list items;
+  for (CameraImages& images : *set.cameras)
+    items.append(py::make_tuple(images.camera, std::shared_ptr<CameraImages>(set.cameras, &images)));
+  return items;
+}
+
 std::vector<std::string> names_of(const std::vector<CameraImages>& set) {
   std::vector<std::string> names;
   for (const CameraImages& images : set) names.push_back(images.camera);
@@ -126,51 +134,43 @@ auto images_of_slice() {
   };
 }
 
-void bind_stored(py::module_& module) {
-  py::class_<StoredImages, std::shared_ptr<StoredImages>>(
-      module, "StoredImages",
-      "The images of one camera of a capture set as they are stored: a sequence of float32 arrays (height, "
-      "width). The arrays lie in the program's memory; nothing is copied.")
-      .def_readonly("camera", &StoredImages::camera, "Name of the camera.")
-      .def_readonly("file_bits", &StoredImages::file_bits,
-                    "Bits of the files' values: 8, 16 (of any of them), 32 for EXR. The sensor may have "
-                    "fewer.")
-      .def_readonly("radiance", &StoredImages::radiance, "True: values are irradiance, before the sensor.")
-      .def_property_readonly("white", optional_image(&StoredImages::white),
-                             "The white reference (height, width); None without.")
-      .def_property_readonly("black", optional_image(&StoredImages::black),
-                             "The black reference (height, width); None without.")
-      .def("__len__", [](const StoredImages& images) { return images.images.size(); })
-      .def("__getitem__", image_at<StoredImages>(), py::arg("index"),
+/// Binds a sequence of the images of one camera, with all that such sequences have.
+template <class Images>
+py::class_<Images, std::shared_ptr<Images>> bind_images(py::module_& module, const char* name,
+                                                        const char* what) {
+  return py::class_<Images, std::shared_ptr<Images>>(module, name, what)
+      .def_readonly("camera", &Images::camera, "Name of the camera.")
+      .def_readonly("radiance", &Images::radiance, "True: values are irradiance, before the sensor.")
+      .def_property_readonly("white", optional_image(&Images::white),
+                             "The white reference (height, width), DN; None without.")
+      .def_property_readonly("black", optional_image(&Images::black),
+                             "The black reference (height, width), DN; None without.")
+      .def("__len__", [](const Images& images) { return images.images.size(); })
+      .def("__getitem__", image_at<Images>(), py::arg("index"),
            "Returns image `index`, float32 (height, width).")
-      .def("__getitem__", images_of_slice<StoredImages>(), py::arg("index"),
+      .def("__getitem__", images_of_slice<Images>(), py::arg("index"),
            "Returns a list of the images of a slice.");
 }
 
-void bind_camera(py::module_& module) {
-  py::class_<CameraImages, std::shared_ptr<CameraImages>>(
+void bind_images_of_cameras(py::module_& module) {
+  bind_images<CameraImages>(
       module, "CameraImages",
       "The images of one camera in the order of the sequence: a sequence of float32 arrays (height, width), "
       "in DN (irradiance E where `radiance`). The arrays lie in the program's memory; nothing is copied.")
-      .def_readonly("camera", &CameraImages::camera, "Name of the camera.")
-      .def_readonly("bit_depth", &CameraImages::bit_depth, "Bits of a gray value.")
-      .def_readonly("radiance", &CameraImages::radiance, "True: values are irradiance, before the sensor.")
-      .def_property_readonly("white", optional_image(&CameraImages::white),
-                             "The white reference (height, width), DN; None without.")
-      .def_property_readonly("black", optional_image(&CameraImages::black),
-                             "The black reference (height, width), DN; None without.")
-      .def("__len__", [](const CameraImages& images) { return images.images.size(); })
-      .def("__getitem__", image_at<CameraImages>(), py::arg("index"),
-           "Returns image `index` of the sequence, float32 (height, width).")
-      .def("__getitem__", images_of_slice<CameraImages>(), py::arg("index"),
-           "Returns a list of the images of a slice.");
+      .def_readonly("bit_depth", &CameraImages::bit_depth, "Bits of a gray value.");
+  bind_images<StoredImages>(
+      module, "StoredImages",
+      "The images of one camera of a capture set as they are stored: a sequence of float32 arrays (height, "
+      "width). The arrays lie in the program's memory; nothing is copied.")
+      .def_readonly("file_bits", &StoredImages::file_bits,
+                    "Bits of the files' values: 8, 16 (of any of them), 32 for EXR. The sensor may have "
+                    "fewer.");
 }
 
 }  // namespace
 
 void bind_captures(py::module_& module) {
-  bind_camera(module);
-  bind_stored(module);
+  bind_images_of_cameras(module);
   py::class_<PyCaptures>(module, "Captures",
                          "The images of all cameras of a twin by the cameras' names: a mapping to "
                          "CameraImages. Real and simulated captures are the same.")
@@ -186,36 +186,20 @@ void bind_captures(py::module_& module) {
       .def(
           "__contains__",
           [](const PyCaptures& set, const py::object& camera) {
-            return std::ranges::any_of(
-                *set.cameras, [&](const CameraImages& c) { return camera.equal(py::str(c.camera)); });
+            return py::dict(items_of(set)).contains(camera);
           },
           py::arg("camera"), "Returns whether there is a camera of this name.")
       .def(
           "get",
           [](const PyCaptures& set, const py::object& camera, const py::object& otherwise) -> py::object {
-            for (const std::string& name : names_of(*set.cameras))
-              if (camera.equal(py::str(name))) return py::cast(images_of(set.cameras, name));
-            return otherwise;
+            return py::dict(items_of(set)).attr("get")(camera, otherwise);
           },
           py::arg("camera"), py::arg("default") = py::none(),
           "Returns the CameraImages of a camera, or `default` where there is none of this name.")
       .def(
-          "values",
-          [](const PyCaptures& set) {
-            py::list out;
-            for (const std::string& name : names_of(*set.cameras)) out.append(images_of(set.cameras, name));
-            return out;
-          },
+          "values", [](const PyCaptures& set) { return py::list(py::dict(items_of(set)).attr("values")()); },
           "Returns the CameraImages of all cameras.")
-      .def(
-          "items",
-          [](const PyCaptures& set) {
-            py::list out;
-            for (const std::string& name : names_of(*set.cameras))
-              out.append(py::make_tuple(name, images_of(set.cameras, name)));
-            return out;
-          },
-          "Returns (name, CameraImages) of all cameras.")
+      .def("items", &items_of, "Returns (name, CameraImages) of all cameras.")
       .def_readonly("files", &PyCaptures::files, "The files they were read from; empty where rendered.");
   py::class_<PyRendering, PyCaptures>(module, "Rendering",
                                       "What Twin.render() returns: Captures in DN, with how they came about.")

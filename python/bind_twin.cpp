@@ -40,7 +40,7 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 }  // namespace
 
 PyTwin::PyTwin(std::filesystem::path of_file)
-    : file(std::move(of_file)), state_{{}, std::make_shared<const Twin>(cosim::load_for_run(file))} {}
+    : file(twin_file_of(of_file)), state_{{}, std::make_shared<const Twin>(cosim::load_for_run(file))} {}
 
 PyTwin::State PyTwin::state() const {
   const std::lock_guard lock(state_mutex_);

@@ -169,6 +169,17 @@ std::vector<std::string> again(const Twin& twin, std::vector<std::string> argv, 
   return command;
 }
 
+/// Returns the command again with these words of `--refine`.
+std::vector<std::string> refining(const Twin& twin, const std::vector<std::string>& argv,
+                                  const std::vector<std::string>& words) {
+  return again(twin, argv, "--refine", fmt::format("{}", fmt::join(words, ",")), "-refined");
+}
+
+/// Returns the words of `--refine` that this run had.
+std::vector<std::string> refined_before(const Comparison& c) {
+  return c.refinement ? c.refinement->asked : std::vector<std::string>{};
+}
+
 /// Returns the command without `--into`: a check leaves the twin as it is.
 std::vector<std::string> without_into(std::vector<std::string> argv) {
   for (std::size_t i = 0; i < argv.size(); ++i) {
@@ -184,8 +195,8 @@ std::vector<std::string> without_into(std::vector<std::string> argv) {
 /// Returns the groups of an explanation as `--refine` takes them, those of this run's first; empty where it
 /// does not fit one of them, or has just fitted all. In place of all places of rig and objects, which no
 /// image tells from a motion of everything, those that moved.
-std::string refine_value(const Comparison& c, const std::string& together) {
-  std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
+std::vector<std::string> refine_words(const Comparison& c, const std::string& together) {
+  std::vector<std::string> names = refined_before(c);
   const std::size_t before = names.size();
   const std::vector<std::string> groups = groups_in(together);
   const auto has = [](const std::vector<std::string>& all, const std::string& name) {
@@ -199,13 +210,10 @@ std::string refine_value(const Comparison& c, const std::string& together) {
   for (const std::string& name : groups) {
     if (!moved.empty() && (name == "rig" || name == "pose")) continue;
     const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
-    if (group == parameter_groups().end() ? name != "texture" : !group->instead.empty()) return "";
+    if (group == parameter_groups().end() ? name != "texture" : !group->instead.empty()) return {};
     if (!has(names, name) && !has(c.causes.refined, name)) names.push_back(name);
   }
-  std::string value;
-  if (names.size() > before)
-    for (const std::string& name : names) value += (value.empty() ? "" : ",") + name;
-  return value;
+  return names.size() > before ? names : std::vector<std::string>{};
 }
 
 /// Returns what to do about an area that shows another surface than the twin.
@@ -262,7 +270,7 @@ const GainRow* brighter_side(const Comparison& c, const Twin& twin) {
 
 NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& twin,
                          const std::vector<std::string>& argv) {
-  std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
+  std::vector<std::string> names = refined_before(c);
   names.emplace_back("gain");
   return {
       fmt::format(
@@ -270,7 +278,7 @@ NextStep brightness_step(const GainRow& row, const Comparison& c, const Twin& tw
           "on the brighter side only: give the twin their gain (gain_dn = {:.5g}; projector, surface and "
           "sensor show only as their product) and compare again",
           row.camera, row.gain_dn / twins_gain_dn(twin, row.camera), row.gain_dn),
-      again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
+      refining(twin, argv, names)};
 }
 
 /// Returns whether a refinement would fit what a warning says: other fringes than described, a brightness
@@ -286,19 +294,16 @@ bool warnings_come_first(const Comparison& c, const Twin& twin) {
 
 NextStep shown_step(const ShownByImages& shown, const Comparison& c, const Twin& twin,
                     const std::vector<std::string>& argv) {
-  std::vector<std::string> names = c.refinement ? c.refinement->asked : std::vector<std::string>{};
-  names.insert(names.end(), shown.names.begin(), shown.names.end());
   return {fmt::format("{}the images show {}: fit {} and see what is left",
                       c.causes.rows.empty() ? "" : "no cause that was tested explains all; ",
-                      listed(shown.words), shown.names.size() == 1 ? "it" : "these together"),
-          again(twin, argv, "--refine", fmt::format("{}", fmt::join(names, ",")), "-refined")};
+                      listed(shown.words), shown.words.size() == 1 ? "it" : "these together"),
+          refining(twin, argv, shown.refine)};
 }
 
 NextStep after_difference(const Comparison& c, const Twin& twin, const std::vector<std::string>& argv) {
   for (const std::string& together : c.causes.together) {
-    if (const std::string value = refine_value(c, together); !value.empty())
-      return {"fit the likely cause to the real images and compare again",
-              again(twin, argv, "--refine", value, "-refined")};
+    if (const std::vector<std::string> words = refine_words(c, together); !words.empty())
+      return {"fit the likely cause to the real images and compare again", refining(twin, argv, words)};
     for (const std::string& name : groups_in(together)) {
       const auto group = std::ranges::find(parameter_groups(), name, &ParameterGroup::name);
       if (group != parameter_groups().end() && !group->instead.empty()) return {group->instead, {}};
@@ -307,7 +312,7 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
   if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
   if (const GainRow* brighter = brighter_side(c, twin)) return brightness_step(*brighter, c, twin, argv);
   if (const ShownByImages shown = shown_by_images(c, twin);
-      !shown.names.empty() && !warnings_come_first(c, twin))
+      !shown.words.empty() && !warnings_come_first(c, twin))
     return shown_step(shown, c, twin, argv);
   if (!c.warnings.empty()) return {"read the warnings: " + c.warnings.front(), {}};
   if (!c.causes.rows.empty())

@@ -43,10 +43,9 @@ class Names {
     more.emplace_back(name);
     if (!fits_more(more, name)) return;
     asked_ = std::move(more);
-    shown_.names.emplace_back(name);
-    shown_.words.emplace_back(words);
+    words_.emplace_back(words);
   }
-  ShownByImages take() { return std::move(shown_); }
+  ShownByImages take() { return {std::move(words_), std::move(asked_)}; }
 
  private:
   /// Returns whether these words are no refused ones, and the last of them adds numbers to the others.
@@ -60,8 +59,7 @@ class Names {
   }
 
   const Twin& twin_;
-  std::vector<std::string> asked_;
-  ShownByImages shown_;
+  std::vector<std::string> asked_, words_;
 };
 
 }  // namespace

@@ -11,8 +11,8 @@
 namespace fringetwin::compare {
 
 struct ShownByImages {
-  std::vector<std::string> names;  ///< as `cosim --refine` takes them; none that this run has refined
-  std::vector<std::string> words;  ///< what each of these stands for
+  std::vector<std::string> words;   ///< for each of them what it is; empty: the images show nothing
+  std::vector<std::string> refine;  ///< all of them as `cosim --refine` takes them, after this run's own
 };
 
 /// Returns what the images show: ripples beyond noise (light of single images, waveform), and a brightness or

@@ -11,13 +11,13 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Union
 import numpy as np
 
 from ._core import (CameraImages, Captures, Decode, Measurement as _Measurement, Points, Rendering, StoredImages,
-                    Twin as _Twin, UnknownKey, UserError, captures_from as _captures_from, cosim as _cosim, decode, fit_sphere,
-                    load_captures, measure as _measure, read_captures, set_quiet, triangulate, version)
+                    Twin as _Twin, UnknownKey, UserError, captures_from as _captures_from, cosim as _cosim, decode,
+                    fit_sphere, load_captures, measure as _measure, read_captures, set_quiet, triangulate, version)
 from ._readers import PathLike, Run, read_exr, read_points, read_result, read_study
 from ._toml import toml_text as _toml_text
 
-__all__ = ["CameraImages", "Captures", "Decode", "Measurement", "Points", "Rendering", "Run", "StoredImages", "Twin", "UnknownKey",
-           "UserError", "cosim", "decode", "fit_sphere", "load_captures", "measure", "read_captures", "read_exr",
+__all__ = ["CameraImages", "Captures", "Decode", "Measurement", "Points", "Rendering", "Run", "StoredImages", "Twin",
+           "UnknownKey", "UserError", "cosim", "decode", "fit_sphere", "load_captures", "measure", "read_captures", "read_exr",
            "read_points", "read_result", "read_study", "set_quiet", "triangulate", "version"]
 __version__ = version().split()[0]
 
@@ -27,11 +27,6 @@ class Twin(_Twin):
 
     The file stays as it is. Everything that is wrong with it, or with a setting, is a UserError.
     """
-
-    def __init__(self, file: PathLike) -> None:
-        file = os.fspath(file)
-        in_folder = os.path.join(file, "twin.toml")
-        super().__init__(in_folder if os.path.isfile(in_folder) else file)
 
     def set(self, key: Union[str, Mapping[str, Any]], value: Any = None) -> "Twin":
         """Puts a value at the path of a key, as a study varies it, or several at once: set({key: value, ...}).
@@ -95,7 +90,8 @@ def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] =
           gray_error: Optional[float] = None, seed: int = 0, device: str = "") -> Run:
     """Does the main job: renders, measures both sides, compares and writes `out` as `fringetwin cosim` does.
 
-    The options are those of the command line (phase_error_rad: --phase-error) without --into and --limits. Returns the folder with the content of its result.json.
+    The options are those of the command line (phase_error_rad: --phase-error) without --into and --limits.
+    Returns the folder with the content of its result.json.
     """
     _cosim(twin if isinstance(twin, Twin) else Twin(twin), out, refine=list(refine), steps=steps, hold_out=hold_out,
            hold_out_by=hold_out_by, radiance=radiance, npz=npz, figures=figures, samples=samples, sampler=sampler,

@@ -159,15 +159,16 @@ CameraImages load_camera_images(const CaptureSet& set, const Camera& camera, con
     throw UserError(ExitCode::input, set.file.string(),
                     fmt::format("camera \"{}\" needs white and black images for threshold = \"white-black\"",
                                 camera.name));
-  CameraImages loaded{.camera = camera.name,
-                      .bit_depth = camera.sensor.bit_depth,
-                      .radiance = has_radiance(*source),
-                      .gray_code_exposure = source->gray_code_exposure};
+  const bool radiance = has_radiance(*source);
   LoadedImages of_files = load_images(
-      *source, [&](const fs::path& file) { return load_image(file, camera, loaded.radiance, set.channel); });
-  loaded.images = std::move(of_files.images);
-  loaded.white = std::move(of_files.white);
-  loaded.black = std::move(of_files.black);
+      *source, [&](const fs::path& file) { return load_image(file, camera, radiance, set.channel); });
+  CameraImages loaded{.camera = camera.name,
+                      .images = std::move(of_files.images),
+                      .white = std::move(of_files.white),
+                      .black = std::move(of_files.black),
+                      .bit_depth = camera.sensor.bit_depth,
+                      .radiance = radiance,
+                      .gray_code_exposure = source->gray_code_exposure};
   loaded.clip = find_clip(loaded, fringes, camera.sensor);
   return loaded;
 }

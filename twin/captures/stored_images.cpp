@@ -24,23 +24,26 @@ void check_any(const CaptureSet& set, const CaptureCamera& source) {
 
 StoredImages load_camera(const CaptureSet& set, const CaptureCamera& source) {
   check_any(set, source);
-  StoredImages stored{.camera = source.name, .radiance = has_radiance(source)};
+  const bool radiance = has_radiance(source);
   const fs::path& first = source.files.front();
-  const ImageKind kind = stored.radiance ? check_exr(first) : check_gray(first, set.channel);
+  const ImageKind kind = radiance ? check_exr(first) : check_gray(first, set.channel);
   const RightSize right{kind.width, kind.height, fmt::format("the camera's first image, {},", first.string()),
                         "the images of a camera have one size"};
   std::atomic<bool> has_16_bits = false;
   LoadedImages loaded = load_images(source, [&](const fs::path& file) {
-    if (stored.radiance) return read_irradiance(file, right);
+    if (radiance) return read_irradiance(file, right);
     LoadedGray gray = read_gray(file, right, set.channel);
     if (gray.file_bits == 16) has_16_bits = true;
     return std::move(gray.image);
   });
-  stored.file_bits = stored.radiance ? 32 : has_16_bits ? 16 : 8;
-  stored.images = std::move(loaded.images);
-  stored.white = std::move(loaded.white);
-  stored.black = std::move(loaded.black);
-  return stored;
+  return {.camera = source.name,
+          .images = std::move(loaded.images),
+          .white = std::move(loaded.white),
+          .black = std::move(loaded.black),
+          .file_bits = radiance      ? 32
+                       : has_16_bits ? 16
+                                     : 8,
+          .radiance = radiance};
 }
 
 }  // namespace
