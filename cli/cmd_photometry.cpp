@@ -62,10 +62,11 @@ Images parse_images(const Twin& twin, const std::string& option, const std::stri
   return out;
 }
 
-std::vector<ImageF> load_images(const Twin& twin, const Images& request,
-                                const std::optional<ColourChannel>& channel, std::vector<fs::path>& inputs) {
+std::vector<GrayImage> load_images(const Twin& twin, const Images& request,
+                                   const std::optional<ColourChannel>& channel,
+                                   std::vector<fs::path>& inputs) {
   const Camera& camera = twin.cameras[request.camera];
-  std::vector<ImageF> images;
+  std::vector<GrayImage> images;
   for (const fs::path& file : request.files) {
     ImageF image = read_camera_gray(file, camera, channel).image;
     for (const float v : image.data)
@@ -74,7 +75,7 @@ std::vector<ImageF> load_images(const Twin& twin, const Images& request,
                         fmt::format("has the gray value {}, above the {} bits of camera {}", v,
                                     camera.sensor.bit_depth, camera.name),
                         "set bit_depth under [camera.sensor]");
-    images.push_back(std::move(image));
+    images.push_back(GrayImage::packed(std::move(image)));
     inputs.push_back(file);
   }
   return images;
@@ -97,10 +98,10 @@ std::vector<calib::CameraFrames> load_frames(const Twin& twin, const PhotometryC
   }
   const std::optional<ColourChannel> channel = colour_channel_of(o.channel);
   const auto append = [&](const std::string& option, const std::vector<std::string>& texts,
-                          std::vector<ImageF> calib::CameraFrames::*to) {
+                          std::vector<GrayImage> calib::CameraFrames::*to) {
     for (const std::string& text : texts) {
       const Images request = parse_images(twin, option, text, false);
-      for (ImageF& image : load_images(twin, request, channel, inputs))
+      for (GrayImage& image : load_images(twin, request, channel, inputs))
         (frames[request.camera].*to).push_back(std::move(image));
     }
   };

@@ -23,7 +23,7 @@ SyntheticSides flickering_sides() {
   SidesTruth t = testing::deep_truth();
   t.electrons_per_dn = kElectronsPerDn;
   SyntheticSides sides = testing::make_sides(t);
-  for (float& v : sides.real.images[0].images[3].data)
+  for (float& v : sides.real.images[0].images[3].as_floats())
     v = static_cast<float>(t.black_level_dn + 1.05 * (static_cast<double>(v) - t.black_level_dn));
   Sensor& sensor = sides.twin.cameras[0].sensor;
   sensor.black_level_dn = t.black_level_dn;

@@ -24,8 +24,9 @@ double peak_dn(const Twin& twin, const CameraImages& images) {
   for (std::size_t k = 0; k < images.images.size(); ++k) {
     const bool step = k < patterns.size() && patterns[k].kind == PatternSpec::Kind::phase_step;
     if (twin.fringes.steps > 0 && !step) continue;
-    for (const float value : images.images[k].data)
+    images.images[k].for_each([&count](float value) {
       ++count[static_cast<std::size_t>(std::clamp(std::lround(value), 0L, static_cast<long>(kBins) - 1))];
+    });
     n += images.images[k].size();
   }
   if (n == 0) return kNaN;

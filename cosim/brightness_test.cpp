@@ -33,7 +33,7 @@ std::vector<CameraImages> peaking_at(double dn) {
     ImageF image(100, 100, 2.0F);
     for (int x = 0; x < 100; ++x) image(x, 50) = static_cast<float>(dn);
     image(3, 3) = 255.0F;
-    images.images.push_back(image);
+    images.images.push_back(std::move(image));
   }
   return {images};
 }

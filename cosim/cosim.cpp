@@ -127,9 +127,9 @@ void apply_texture(Run& run) {
                          run.simulated.irradiance);
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
     for (std::size_t k = 0; k < patterns.size(); ++k)
-      run.simulated.images[c].images[k] =
-          render::expose(run.simulated.irradiance[c].images[k], run.twin.cameras[c].sensor,
-                         run.rendering.seed, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(k));
+      run.simulated.images[c].images[k] = GrayImage::packed(
+          render::expose(run.simulated.irradiance[c].images[k].floats(), run.twin.cameras[c].sensor,
+                         run.rendering.seed, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(k)));
 }
 
 void simulate_side(Run& run, const RenderRequest& request) {

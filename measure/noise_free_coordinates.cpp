@@ -74,11 +74,11 @@ PixelBox box_in_other_camera(const CameraDecode& decode, const PixelBox& box, co
   return out;
 }
 
-ImageF crop(const ImageF& image, const PixelBox& box) {
+template <class AnyImage>
+ImageF crop(const AnyImage& image, const PixelBox& box) {
   ImageF out(box.width(), box.height());
   for (int y = 0; y < out.height; ++y)
-    std::copy_n(image.data.data() + image.index(box.x0, box.y0 + y), out.width,
-                out.data.data() + out.index(0, y));
+    for (int x = 0; x < out.width; ++x) out(x, y) = image(box.x0 + x, box.y0 + y);
   return out;
 }
 
@@ -88,7 +88,7 @@ CameraImages crop(const CameraImages& from, const PixelBox& box) {
                    .radiance = from.radiance,
                    .gray_code_exposure = from.gray_code_exposure,
                    .clip = from.clip};
-  for (const ImageF& image : from.images) out.images.push_back(crop(image, box));
+  for (const GrayImage& image : from.images) out.images.push_back(crop(image, box));
   if (from.white) out.white = crop(*from.white, box);
   if (from.black) out.black = crop(*from.black, box);
   return out;

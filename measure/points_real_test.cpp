@@ -110,11 +110,11 @@ T percentile(std::vector<T> v, double p) {
   GTEST_SKIP() << "no captures of " << (name) << " in " << captures_root() << " (set FRINGETWIN_CAPTURES)"
 
 cv::Mat mean_image(const CameraImages& images) {
-  const ImageF& first = images.images[0];
+  const GrayImage& first = images.images[0];
   cv::Mat mean(first.height, first.width, CV_8U);
   for (std::size_t i = 0; i < first.size(); ++i) {
     float sum = 0.0f;
-    for (int k = 0; k < 4; ++k) sum += images.images[static_cast<std::size_t>(k)].data[i];
+    for (int k = 0; k < 4; ++k) sum += images.images[static_cast<std::size_t>(k)][i];
     mean.data[i] = cv::saturate_cast<unsigned char>(sum / 4);
   }
   return mean;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "twin/image/gray_image.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::python {
@@ -18,6 +19,11 @@ namespace py = pybind11;
 template <class T>
 py::array_t<T> array_over(Image<T>& image, const py::object& owner) {
   return py::array_t<T>({image.height, image.width}, image.data.data(), owner);
+}
+
+/// Returns the same over an image that keeps its values as floats.
+inline py::array_t<float> array_over(GrayImage& image, const py::object& owner) {
+  return py::array_t<float>({image.height, image.width}, image.as_floats().data(), owner);
 }
 
 /// Returns an array (n, N) over a column of vectors of N numbers.

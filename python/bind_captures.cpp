@@ -71,7 +71,7 @@ PyCaptures captures_from(const PyTwin& twin, const std::map<std::string, std::ve
     images.bit_depth = camera.sensor.bit_depth;
     for (const InArray& array : given->second) {
       images.images.push_back(image_of_camera(image_of(array, camera.name), camera));
-      const ImageF& image = images.images.back();
+      const GrayImage& image = images.images.back();
       if (image.width != camera.lens.width() || image.height != camera.lens.height())
         throw UserError(ExitCode::input, "camera \"" + camera.name + "\"",
                         "an image is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
@@ -85,6 +85,7 @@ PyCaptures captures_from(const PyTwin& twin, const std::map<std::string, std::ve
 PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
   return long_call([&] {
     cosim::Captures loaded = cosim::load_captures(*twin.state().twin, folder);
+    for (CameraImages& images : loaded.cameras) keep_as_floats(images);
     return PyCaptures{std::make_shared<std::vector<CameraImages>>(std::move(loaded.cameras)),
                       std::move(loaded.files)};
   });
@@ -93,7 +94,12 @@ PyCaptures load(const PyTwin& twin, const std::filesystem::path& folder) {
 /// By the cameras' names, in the order of the set.
 py::dict read_captures(const std::filesystem::path& folder) {
   py::dict cameras;
-  for (StoredImages& images : long_call([&] { return load_stored_images(read_capture_set(folder)); })) {
+  const auto load_all = [&] {
+    std::vector<StoredImages> loaded = load_stored_images(read_capture_set(folder));
+    for (StoredImages& images : loaded) keep_as_floats(images);
+    return loaded;
+  };
+  for (StoredImages& images : long_call(load_all)) {
     const py::str name(images.camera);
     cameras[name] = std::make_shared<StoredImages>(std::move(images));
   }
@@ -102,9 +108,9 @@ py::dict read_captures(const std::filesystem::path& folder) {
 
 /// A getter of an image that may be there.
 template <class Images>
-auto optional_image(std::optional<ImageF> Images::*member) {
+auto optional_image(std::optional<GrayImage> Images::*member) {
   return [member](const py::object& self) -> py::object {
-    std::optional<ImageF>& image = self.cast<Images&>().*member;
+    std::optional<GrayImage>& image = self.cast<Images&>().*member;
     return image ? py::object(array_over(*image, self)) : py::none();
   };
 }
@@ -113,7 +119,7 @@ auto optional_image(std::optional<ImageF> Images::*member) {
 template <class Images>
 auto image_at() {
   return [](const py::object& self, py::ssize_t i) {
-    std::vector<ImageF>& images = self.cast<Images&>().images;
+    std::vector<GrayImage>& images = self.cast<Images&>().images;
     const auto n = static_cast<py::ssize_t>(images.size());
     if (i < 0) i += n;
     if (i < 0 || i >= n) throw py::index_error();
@@ -125,7 +131,7 @@ auto image_at() {
 template <class Images>
 auto images_of_slice() {
   return [](const py::object& self, const py::slice& slice) {
-    std::vector<ImageF>& images = self.cast<Images&>().images;
+    std::vector<GrayImage>& images = self.cast<Images&>().images;
     std::size_t start = 0, stop = 0, step = 0, n = 0;
     if (!slice.compute(images.size(), &start, &stop, &step, &n)) throw py::error_already_set();
     py::list out;

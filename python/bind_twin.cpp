@@ -22,6 +22,7 @@ PyRendering render(PyTwin& self, std::optional<int> samples, std::optional<std::
         *twin, {std::move(samples), std::move(sampler), phase_error_rad, gray_error, seed, device},
         self.renderer(device));
     PyRendering out;
+    for (CameraImages& images : simulated.captures) keep_as_floats(images);
     out.cameras = std::make_shared<std::vector<CameraImages>>(std::move(simulated.captures));
     out.irradiance = std::make_shared<std::vector<CameraImages>>(std::move(simulated.irradiance));
     out.twin = twin;

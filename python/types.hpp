@@ -56,7 +56,16 @@ class PyTwin {
   std::string device_;
 };
 
-/// The images of all cameras, in the twin's order.
+/// Keeps the images of a camera (CameraImages, StoredImages) as floats: arrays lie over them, and other
+/// threads read them while Python does.
+template <class Images>
+void keep_as_floats(Images& images) {
+  for (GrayImage& image : images.images) image.as_floats();
+  if (images.white) images.white->as_floats();
+  if (images.black) images.black->as_floats();
+}
+
+/// The images of all cameras, in the twin's order, as floats.
 struct PyCaptures {
   std::shared_ptr<std::vector<CameraImages>> cameras;
   std::vector<std::filesystem::path> files = {};  ///< they were read from

@@ -24,13 +24,27 @@ std::complex<double> fringe(const std::vector<double>& values, std::size_t first
 
 }  // namespace
 
-PixelValues take_pixels(const std::vector<ImageF>& images, const std::vector<SubsetPixel>& pixels,
-                        double scale, double offset) {
+namespace {
+
+template <class AnyImage>
+PixelValues taken(const std::vector<AnyImage>& images, const std::vector<SubsetPixel>& pixels, double scale,
+                  double offset) {
   PixelValues out(pixels.size(), std::vector<double>(images.size()));
   for (std::size_t p = 0; p < pixels.size(); ++p)
     for (std::size_t i = 0; i < images.size(); ++i)
       out[p][i] = scale * static_cast<double>(images[i](pixels[p].x, pixels[p].y)) + offset;
   return out;
+}
+
+}  // namespace
+
+PixelValues take_pixels(const std::vector<ImageF>& images, const std::vector<SubsetPixel>& pixels,
+                        double scale, double offset) {
+  return taken(images, pixels, scale, offset);
+}
+
+PixelValues take_pixels(const std::vector<GrayImage>& images, const std::vector<SubsetPixel>& pixels) {
+  return taken(images, pixels, 1.0, 0.0);
 }
 
 void ChangeSum::MeanSquare::add(double value, double w) {

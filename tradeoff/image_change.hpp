@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tradeoff/pixel_subset.hpp"
+#include "twin/image/gray_image.hpp"
 #include "twin/image/image.hpp"
 #include "twin/twin.hpp"
 
@@ -26,7 +27,8 @@ struct ImageChange {
 using PixelValues = std::vector<std::vector<double>>;
 /// Returns scale * image + offset at the pixels.
 PixelValues take_pixels(const std::vector<ImageF>& images, const std::vector<SubsetPixel>& pixels,
-                        double scale = 1.0, double offset = 0.0);
+                        double scale, double offset);
+PixelValues take_pixels(const std::vector<GrayImage>& images, const std::vector<SubsetPixel>& pixels);
 
 /// Adds up the change over the pixels of all cameras.
 class ChangeSum {

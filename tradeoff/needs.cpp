@@ -19,12 +19,12 @@ namespace fringetwin::tradeoff {
 namespace {
 
 void scale_images(CameraImages& images, double factor) {
-  const auto scale = [factor](ImageF& image) {
-    for (float& v : image.data) v = static_cast<float>(factor * static_cast<double>(v));
+  const auto scale = [factor](std::vector<float>& values) {
+    for (float& v : values) v = static_cast<float>(factor * static_cast<double>(v));
   };
-  for (ImageF& image : images.images) scale(image);
-  if (images.white) scale(*images.white);
-  if (images.black) scale(*images.black);
+  for (GrayImage& image : images.images) scale(image.as_floats());
+  if (images.white) scale(images.white->as_floats());
+  if (images.black) scale(images.black->as_floats());
 }
 
 /// One model of the scene, rendered, exposed and measured; only what the comparison needs is kept.

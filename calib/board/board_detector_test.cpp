@@ -210,8 +210,8 @@ TEST(BoardDetector, CornersOfOneColourAreOfTheWholeSensor) {
   CameraImages images{.camera = "left"};
   images.images.assign(
       3, picture(view_of_board(), [&](double x, double y) { return chess_level(pattern.board, x, y); }));
-  for (ImageF& image : images.images)
-    for (float& v : image.data) v = std::clamp(std::round(v), 0.0F, 255.0F);
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats()) v = std::clamp(std::round(v), 0.0F, 255.0F);
   const testing::ScratchFolder folder;
   write_camera_images(folder.path(), images);
   write_capture_toml(folder.path(), {&images}, {}, "png");

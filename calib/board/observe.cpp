@@ -113,14 +113,14 @@ std::vector<ImageCorners> detect_in_pictures(const std::vector<Picture>& picture
 }
 
 ImageF evenly_lit(const CameraImages& images, const Fringes& fringes) {
-  if (images.white) return *images.white;
+  if (images.white) return images.white->floats();
   const auto sequence = expand_sequence(fringes);
   const bool has_steps = fringes.steps > 0;
   ImageF mean(images.images.front().width, images.images.front().height);
   float n = 0.0F;
   for (std::size_t k = 0; k < sequence.size(); ++k) {
     if (sequence[k].is_image() || (has_steps && sequence[k].kind != PatternSpec::Kind::phase_step)) continue;
-    for (std::size_t i = 0; i < mean.size(); ++i) mean.data[i] += images.images[k].data[i];
+    for (std::size_t i = 0; i < mean.size(); ++i) mean.data[i] += images.images[k][i];
     n += 1.0F;
   }
   for (float& v : mean.data) v /= std::max(n, 1.0F);

@@ -30,14 +30,14 @@ double share_of(const std::vector<bool>& all) {
 }
 
 BlockedSeries blocked(const StillSeries& series, double saturation_dn) {
-  const ImageF& first = series.images.front();
+  const GrayImage& first = series.images.front();
   BlockedSeries out;
   out.series = &series;
   double saturated = 0.0;
   for (int y = 0; y < first.height; y += kBlock_px)
     for (int x = 0; x < first.width; x += kBlock_px) {
       double sum = 0.0, n = 0.0, at_end = 0.0;
-      for (const ImageF& image : series.images)
+      for (const GrayImage& image : series.images)
         for (int v = y; v < std::min(y + kBlock_px, first.height); ++v)
           for (int u = x; u < std::min(x + kBlock_px, first.width); ++u) {
             const auto value = static_cast<double>(image(u, v));
@@ -62,7 +62,7 @@ std::vector<BlockedSeries> unsaturated_series(const std::vector<StillSeries>& st
   for (const StillSeries& series : stills) {
     if (!series.exposure_ms) continue;
     FT_CHECK(!series.images.empty(), "images of a series");
-    for (const ImageF& image : series.images)
+    for (const GrayImage& image : series.images)
       FT_CHECK(image.width == stills.front().images.front().width &&
                    image.height == stills.front().images.front().height,
                "images of one size");

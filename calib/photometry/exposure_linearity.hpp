@@ -15,7 +15,7 @@ namespace fringetwin::calib {
 /// Stills of one scene that nothing moved in, at one exposure.
 struct StillSeries {
   std::string name;  ///< as the user gave it
-  std::vector<ImageF> images;
+  std::vector<GrayImage> images;
   std::optional<double> exposure_ms;
 };
 

@@ -30,9 +30,9 @@ class Spectrum {
   int orders() const { return orders_; }
   bool is_nyquist(int h) const { return 2 * h == n_; }
   /// Returns 2/N sum_n I_n exp(-2 pi i h n/N) of the order h of a pixel.
-  Complex at(const std::vector<const ImageF*>& steps, std::size_t pixel, int h) const {
+  Complex at(const std::vector<const GrayImage*>& steps, std::size_t pixel, int h) const {
     Complex sum = 0.0;
-    for (int k = 0; k < n_; ++k) sum += twiddle_[h * n_ + k] * static_cast<double>(steps[k]->data[pixel]);
+    for (int k = 0; k < n_; ++k) sum += twiddle_[h * n_ + k] * static_cast<double>((*steps[k])[pixel]);
     return sum;
   }
 
@@ -52,10 +52,11 @@ struct HarmonicSums {
 };
 
 /// Returns whether pixel i is below saturation in all images.
-bool unsaturated(const std::vector<std::vector<const ImageF*>>& steps, std::size_t i, double saturation_dn) {
+bool unsaturated(const std::vector<std::vector<const GrayImage*>>& steps, std::size_t i,
+                 double saturation_dn) {
   for (const auto& pitch : steps)
-    for (const ImageF* image : pitch)
-      if (!(static_cast<double>(image->data[i]) < saturation_dn)) return false;
+    for (const GrayImage* image : pitch)
+      if (!(static_cast<double>((*image)[i]) < saturation_dn)) return false;
   return true;
 }
 
@@ -79,7 +80,7 @@ Estimate ratio(const std::array<HarmonicCell, kBlocks>& cells, double HarmonicCe
 
 class Analysis {
  public:
-  Analysis(const std::vector<std::vector<const ImageF*>>& steps, const DirectionFringes& fringes,
+  Analysis(const std::vector<std::vector<const GrayImage*>>& steps, const DirectionFringes& fringes,
            const HarmonicsOptions& options)
       : steps_(steps), fringes_(fringes), options_(options), spectrum_(static_cast<int>(steps[0].size())) {
     const auto& p = fringes.pitches_px;
@@ -230,13 +231,13 @@ class Analysis {
     return out;
   }
 
-  const std::vector<std::vector<const ImageF*>>& steps_;
+  const std::vector<std::vector<const GrayImage*>>& steps_;
   const DirectionFringes& fringes_;
   HarmonicsOptions options_;
   Spectrum spectrum_;
   std::size_t coarsest_ = 0, finest_ = 0;
   std::vector<std::size_t> coarse_to_fine_;
-  const ImageF* first_ = nullptr;
+  const GrayImage* first_ = nullptr;
   ImageU8 usable_;
   std::vector<std::vector<std::complex<float>>> fundamental_;
   HarmonicSums sums_;
@@ -244,7 +245,7 @@ class Analysis {
 
 }  // namespace
 
-FringeHarmonics fringe_harmonics(const std::vector<std::vector<const ImageF*>>& steps,
+FringeHarmonics fringe_harmonics(const std::vector<std::vector<const GrayImage*>>& steps,
                                  const DirectionFringes& fringes, const HarmonicsOptions& options) {
   FT_CHECK(!steps.empty() && steps.size() == fringes.pitches_px.size(), "one set of steps per pitch");
   for (const auto& pitch : steps) FT_CHECK(pitch.size() >= 3, "three steps or more");

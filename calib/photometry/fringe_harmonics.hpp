@@ -45,7 +45,7 @@ struct HarmonicsOptions {
 /// Estimates the harmonics from steps[pitch][n], all N >= 3 phase steps of one direction. Standard errors
 /// come from a jackknife over image blocks. Orders above N/2 cannot be told apart: order N - h adds to order
 /// h. The result has n = 0 when no pixel can be used.
-FringeHarmonics fringe_harmonics(const std::vector<std::vector<const ImageF*>>& steps,
+FringeHarmonics fringe_harmonics(const std::vector<std::vector<const GrayImage*>>& steps,
                                  const DirectionFringes& fringes, const HarmonicsOptions& options);
 
 }  // namespace fringetwin::calib

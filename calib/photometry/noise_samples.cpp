@@ -55,11 +55,11 @@ struct Line {
 };
 
 /// y = gain * x + offset over the pixels marked.
-Line fit_gain(const ImageF& y, const ImageF& x, const std::vector<std::size_t>& pixels) {
+Line fit_gain(const GrayImage& y, const ImageF& x, const std::vector<std::size_t>& pixels) {
   double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   const auto n = static_cast<double>(pixels.size());
   for (const std::size_t i : pixels) {
-    const auto a = static_cast<double>(x.data[i]), b = static_cast<double>(y.data[i]);
+    const auto a = static_cast<double>(x.data[i]), b = static_cast<double>(y[i]);
     sx += a, sy += b, sxx += a * a, sxy += a * b;
   }
   const double spread = sxx - sx * sx / n;
@@ -69,8 +69,8 @@ Line fit_gain(const ImageF& y, const ImageF& x, const std::vector<std::size_t>& 
   return line;
 }
 
-void check_sizes(const std::vector<const ImageF*>& images) {
-  for (const ImageF* image : images)
+void check_sizes(const std::vector<const GrayImage*>& images) {
+  for (const GrayImage* image : images)
     if (!image->same_size(*images.front()))
       throw UserError(
           ExitCode::input, "photon transfer",
@@ -91,7 +91,7 @@ std::uint16_t block_of(int x, int y, int width, int height) {
                                     x * kBlocksPerSide / width);
 }
 
-double add_repeat_noise(const std::vector<const ImageF*>& repeats, double saturation_dn,
+double add_repeat_noise(const std::vector<const GrayImage*>& repeats, double saturation_dn,
                         std::size_t max_samples, std::vector<NoiseSample>& samples) {
   const std::size_t n = repeats.size();
   FT_CHECK(n >= 2, "two images or more");
@@ -102,8 +102,8 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
   for (std::size_t i = 0; i < mean.size(); ++i) {
     double sum = 0.0;
     bool inside = true;
-    for (const ImageF* image : repeats) {
-      const auto v = static_cast<double>(image->data[i]);
+    for (const GrayImage* image : repeats) {
+      const auto v = static_cast<double>((*image)[i]);
       inside = inside && v > 0.0 && v < saturation_dn;
       sum += v;
     }
@@ -114,7 +114,7 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
   if (usable.size() < 2) return 0.0;
   std::vector<Line> lines;
   double flicker = 0.0;
-  for (const ImageF* image : repeats) {
+  for (const GrayImage* image : repeats) {
     lines.push_back(fit_gain(*image, mean, usable));
     flicker += std::pow(lines.back().gain - 1.0, 2);
   }
@@ -124,7 +124,7 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
     const std::size_t i = usable[k];
     std::vector<double> rest(n);
     for (std::size_t r = 0; r < n; ++r)
-      rest[r] = static_cast<double>(repeats[r]->data[i]) -
+      rest[r] = static_cast<double>((*repeats[r])[i]) -
                 (lines[r].gain * static_cast<double>(mean.data[i]) + lines[r].offset);
     const int x = static_cast<int>(i % static_cast<std::size_t>(w)),
               y = static_cast<int>(i / static_cast<std::size_t>(w));
@@ -147,7 +147,8 @@ struct PixelFit {
 
 class StepNoise {
  public:
-  StepNoise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, double saturation_dn)
+  StepNoise(const std::vector<const GrayImage*>& steps, const measure::StepSolver& solver,
+            double saturation_dn)
       : steps_(steps), solver_(solver), saturation_dn_(saturation_dn), n_(steps.size()) {
     std::vector<double> ones(n_, 1.0), cosine(n_), sine(n_);
     for (std::size_t i = 0; i < n_; ++i) {
@@ -168,7 +169,7 @@ class StepNoise {
   PixelFit fit(std::size_t i) const {
     PixelFit f;
     for (std::size_t k = 0; k < n_; ++k) {
-      const auto v = static_cast<double>(steps_[k]->data[i]);
+      const auto v = static_cast<double>((*steps_[k])[i]);
       f.mean += static_cast<double>(solver_.mean_weights()[k]) * v;
       f.c += static_cast<double>(solver_.cos_weights()[k]) * v;
       f.s += static_cast<double>(solver_.sin_weights()[k]) * v;
@@ -178,15 +179,15 @@ class StepNoise {
   /// No step clipped; `far`: pixels beside the triple, whose noise is not the triple's, say that none is
   /// nearly.
   bool usable(std::size_t i) const {
-    for (const ImageF* step : steps_) {
-      const auto v = static_cast<double>(step->data[i]);
+    for (const GrayImage* step : steps_) {
+      const auto v = static_cast<double>((*step)[i]);
       if (!(v > 0.0) || !(v < saturation_dn_)) return false;
     }
     return true;
   }
   bool clear(std::size_t far) const {
-    for (const ImageF* step : steps_) {
-      const auto v = static_cast<double>(step->data[far]);
+    for (const GrayImage* step : steps_) {
+      const auto v = static_cast<double>((*step)[far]);
       if (v < kLowMarginDn || v > high_margin(saturation_dn_)) return false;
     }
     return true;
@@ -200,7 +201,7 @@ class StepNoise {
   void sample(std::size_t before, std::size_t at, std::size_t after, Sample* out) const {
     std::array<double, kMaxSteps> d{}, mean{};
     for (std::size_t k = 0; k < n_; ++k) {
-      const auto& v = steps_[k]->data;
+      const GrayImage& v = *steps_[k];
       const auto a = static_cast<double>(v[before]), b = static_cast<double>(v[at]),
                  c = static_cast<double>(v[after]);
       d[k] = (a - 2.0 * b + c) / std::sqrt(6.0);
@@ -217,7 +218,7 @@ class StepNoise {
   }
 
  private:
-  const std::vector<const ImageF*>& steps_;
+  const std::vector<const GrayImage*>& steps_;
   const measure::StepSolver& solver_;
   double saturation_dn_;
   std::size_t n_;
@@ -227,7 +228,7 @@ class StepNoise {
 /// What the fringe's harmonics leave in the second differences where the stripes lean.
 class LeaningStripes {
  public:
-  LeaningStripes(const std::vector<const ImageF*>& steps, const StepNoise& noise, Axis axis, int stride)
+  LeaningStripes(const std::vector<const GrayImage*>& steps, const StepNoise& noise, Axis axis, int stride)
       : amplitude_(steps.front()->width, steps.front()->height, 0.0f),
         phase_(steps.front()->width, steps.front()->height, std::numeric_limits<float>::quiet_NaN()),
         input_{steps, &phase_, &amplitude_} {
@@ -260,7 +261,7 @@ class LeaningStripes {
 
 }  // namespace
 
-void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
+void add_step_noise(const std::vector<const GrayImage*>& steps, const measure::StepSolver& solver, Axis axis,
                     double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples) {
   if (steps.size() <= 3 || steps.size() > kMaxSteps) return;
   check_sizes(steps);
@@ -314,7 +315,7 @@ double second_difference(double before, double at, double after) { return before
 /// The same pixels of all pitches.
 class MeanNoise {
  public:
-  MeanNoise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
+  MeanNoise(const std::vector<std::vector<const GrayImage*>>& pitches, const measure::StepSolver& solver,
             double saturation_dn)
       : mean_unit_(unit_of(solver.mean_weights())),
         cos_unit_(unit_of(solver.cos_weights())),
@@ -368,13 +369,13 @@ class MeanNoise {
 
 }  // namespace
 
-void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
-                    Axis axis, double saturation_dn, std::size_t max_samples,
-                    std::vector<NoiseSample>& samples, const ImageU8* among) {
+void add_mean_noise(const std::vector<std::vector<const GrayImage*>>& pitches,
+                    const measure::StepSolver& solver, Axis axis, double saturation_dn,
+                    std::size_t max_samples, std::vector<NoiseSample>& samples, const ImageU8* among) {
   if (pitches.empty() || pitches.front().empty()) return;
   for (const auto& steps : pitches) check_sizes(steps);
   MeanNoise noise(pitches, solver, saturation_dn);
-  const ImageF& size = *pitches.front().front();
+  const GrayImage& size = *pitches.front().front();
   // as in add_step_noise(): along the stripes, every second triple
   const int dx = axis == Axis::x ? 0 : 1, dy = 1 - dx, rx = 2 * dx, ry = 2 * dy;
   const auto left_out = among ? std::ranges::count(among->data, 0) : 0;
@@ -396,15 +397,16 @@ void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, cons
     }
 }
 
-Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_depth) {
+Saturation find_saturation(const std::vector<const GrayImage*>& images, int bit_depth) {
   std::vector<std::size_t> counts(std::size_t{1} << bit_depth, 0);
   std::size_t n = 0;
-  for (const ImageF* image : images)
-    for (const float v : image->data)
+  for (const GrayImage* image : images)
+    image->for_each([&](float v) {
       if (v >= 0.0f && static_cast<std::size_t>(v) < counts.size()) {
         ++counts[static_cast<std::size_t>(v)];
         ++n;
       }
+    });
   std::size_t top = counts.size() - 1;
   while (top > 0 && counts[top] == 0) --top;
   std::size_t below = 0;

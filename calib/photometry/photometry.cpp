@@ -22,24 +22,26 @@ constexpr std::size_t kMaxSamples = 4'000'000;
 constexpr double kStepOverlap = 1.0 + 2.0 / 36.0;
 constexpr double kQuadratureNews = 0.01, kBlurMisfitNews = 0.05;
 
-std::vector<const ImageF*> pointers(const std::vector<ImageF>& images) {
-  std::vector<const ImageF*> out;
-  for (const ImageF& image : images) out.push_back(&image);
+std::vector<const GrayImage*> pointers(const std::vector<GrayImage>& images) {
+  std::vector<const GrayImage*> out;
+  for (const GrayImage& image : images) out.push_back(&image);
   return out;
 }
 
-double mean_of(const ImageF& image) {
-  return std::accumulate(image.data.begin(), image.data.end(), 0.0) / static_cast<double>(image.size());
+double mean_of(const GrayImage& image) {
+  double sum = 0.0;
+  image.for_each([&sum](float v) { sum += static_cast<double>(v); });
+  return sum / static_cast<double>(image.size());
 }
 
 /// Black level and noise in the dark.
-void add_dark(const std::vector<ImageF>& dark, double saturation_dn, CameraPhotometry& out,
+void add_dark(const std::vector<GrayImage>& dark, double saturation_dn, CameraPhotometry& out,
               std::vector<std::string>& warnings) {
   if (dark.empty()) return;
   std::size_t zeros = 0, n = 0;
   std::vector<double> means;
-  for (const ImageF& image : dark) {
-    zeros += static_cast<std::size_t>(std::ranges::count(image.data, 0.0f));
+  for (const GrayImage& image : dark) {
+    image.for_each([&zeros](float v) { zeros += v == 0.0F ? 1 : 0; });
     n += image.size();
     means.push_back(mean_of(image));
   }
@@ -69,7 +71,7 @@ void add_dark(const std::vector<ImageF>& dark, double saturation_dn, CameraPhoto
 /// All that is there more than once; true when anything is.
 bool collect_repeats(const CameraFrames& frames, double saturation_dn, bool dark_usable,
                      std::vector<NoiseSample>& samples, double& flicker) {
-  std::vector<std::vector<const ImageF*>> groups;
+  std::vector<std::vector<const GrayImage*>> groups;
   if (frames.captures.size() > 1)
     for (std::size_t k = 0; k < frames.captures[0].images.size(); ++k) {
       groups.emplace_back();
@@ -236,14 +238,14 @@ void measure_flat(const CameraFrames& frames, double saturation_dn,
   if (frames.flat.empty()) return;
   ImageF mean(frames.flat[0].width, frames.flat[0].height);
   bool clipped = false;
-  for (const ImageF& image : frames.flat) {
+  for (const GrayImage& image : frames.flat) {
     if (!image.same_size(mean))
       throw UserError(ExitCode::input, "--flat", "the images of camera " + out.camera + " differ in size");
     for (std::size_t i = 0; i < mean.size(); ++i) {
-      clipped = static_cast<double>(image.data[i]) >= saturation_dn;
+      clipped = static_cast<double>(image[i]) >= saturation_dn;
       // One clipped image spoils the mean of a pixel.
       mean.data[i] = clipped ? std::numeric_limits<float>::infinity()
-                             : mean.data[i] + image.data[i] / static_cast<float>(frames.flat.size());
+                             : mean.data[i] + image[i] / static_cast<float>(frames.flat.size());
     }
   }
   out.flat = fit_flat_field(mean, out.black_measured ? out.black_level_dn.value : out.sensor.black_level_dn,
@@ -364,16 +366,16 @@ Photometry analyse_photometry(const Twin& twin, const std::vector<CameraFrames>&
     CameraPhotometry camera;
     camera.camera = twin.cameras[c].name;
     camera.sensor = twin.cameras[c].sensor;
-    std::vector<const ImageF*> all;
+    std::vector<const GrayImage*> all;
     for (const CameraImages& capture : frames[c].captures) {
       if (capture.radiance)
         throw UserError(ExitCode::input, "camera " + camera.camera,
                         "the captures are irradiance (EXR), which holds no gray values", "give PNG captures");
-      for (const ImageF& image : capture.images) all.push_back(&image);
+      for (const GrayImage& image : capture.images) all.push_back(&image);
       if (capture.white) all.push_back(&*capture.white);
     }
     for (const StillSeries& series : frames[c].series)
-      for (const ImageF& image : series.images) all.push_back(&image);
+      for (const GrayImage& image : series.images) all.push_back(&image);
     camera.saturation = find_saturation(all, camera.sensor.bit_depth);
     const double saturation = camera.saturation.level_dn;
     add_dark(frames[c].dark, saturation, camera, out.warnings);

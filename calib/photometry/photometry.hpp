@@ -21,7 +21,7 @@ namespace fringetwin::calib {
 struct CameraFrames {
   std::vector<CameraImages> captures;  ///< of one still scene; more than one: repeats
   std::vector<StillSeries> series;     ///< besides, each at one level of light
-  std::vector<ImageF> dark, flat;
+  std::vector<GrayImage> dark, flat;
 };
 
 struct CameraPhotometry {

@@ -134,8 +134,8 @@ TEST(Photometry, WithoutABlackLevelThereIsNoReadNoise) {
   CameraFrames frames;
   frames.captures = {drawn_fringes(f, s, random)};
   frames.flat.assign(2, ImageF(kDrawnWidth, kDrawnHeight));
-  for (ImageF& image : frames.flat)
-    for (float& value : image.data) value = expose(300.0, s, random);
+  for (GrayImage& image : frames.flat)
+    for (float& value : image.as_floats()) value = expose(300.0, s, random);
   Twin unstated = photometry_twin(f, s);
   unstated.cameras[0].sensor.black_level_dn = 0.0;
   const Photometry none = analyse_photometry(unstated, {frames});
@@ -160,8 +160,8 @@ TEST(Photometry, WithoutABlackLevelThereIsNoReadNoise) {
   EXPECT_NEAR(stated.value, 1.3, 4.0 * stated.sigma);
   EXPECT_LT(stated.sigma, 0.2);
   frames.dark.assign(4, ImageF(kDrawnWidth, kDrawnHeight));
-  for (ImageF& image : frames.dark)
-    for (float& value : image.data) value = expose(0.0, s, random);
+  for (GrayImage& image : frames.dark)
+    for (float& value : image.as_floats()) value = expose(0.0, s, random);
   const Estimate measured = read_noise(unstated);
   EXPECT_NEAR(measured.value, 1.3, 4.0 * measured.sigma);
 }
@@ -198,7 +198,7 @@ TEST(Photometry, RefusesInOneSentence) {
   };
   CameraFrames black;
   black.captures = {drawn_fringes(f, s, random)};
-  for (ImageF& image : black.captures[0].images) std::fill(image.data.begin(), image.data.end(), 0.0f);
+  for (GrayImage& image : black.captures[0].images) std::ranges::fill(image.as_floats(), 0.0f);
   EXPECT_THAT(sentence(black), HasSubstr("nothing can be told from these images"));
   CameraFrames averaged;  // no noise: rounded expectations
   averaged.captures = {drawn_fringes(f, {1e6, 0.0, 12.0, 8}, random)};

@@ -36,7 +36,7 @@ std::uint16_t block_of(int x, int y, int width, int height);
 /// offset per image (lamp flicker) have been fitted away. Pixels at 0 or at `saturation_dn` in any repeat are
 /// left out. It appends at most about `max_samples`. Throws UserError(input) when sizes differ. Returns the
 /// rms of the fitted gains about 1.
-double add_repeat_noise(const std::vector<const ImageF*>& repeats, double saturation_dn,
+double add_repeat_noise(const std::vector<const GrayImage*>& repeats, double saturation_dn,
                         std::size_t max_samples, std::vector<NoiseSample>& samples);
 
 /// Appends samples from the redundancy of one set of N phase steps, N > 3: the residuals of the fit of mean,
@@ -45,7 +45,7 @@ double add_repeat_noise(const std::vector<const ImageF*>& repeats, double satura
 /// hence, for a variance that is linear in the level, that of the level sum c_k^2 I_k of the steps I: for N =
 /// 4 the mean. roughness_dn is the largest second difference of the fitted mean, cosine and sine, which for
 /// white noise is independent of noise_dn, or larger where what is left of the harmonics is.
-void add_step_noise(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver, Axis axis,
+void add_step_noise(const std::vector<const GrayImage*>& steps, const measure::StepSolver& solver, Axis axis,
                     double saturation_dn, std::size_t max_samples, std::vector<NoiseSample>& samples);
 
 /// Appends samples from the means over the steps of each pitch, [pitch][step]; three steps are enough. A mean
@@ -54,9 +54,10 @@ void add_step_noise(const std::vector<const ImageF*>& steps, const measure::Step
 /// They are second differences along the stripes, so that a change of the light from pitch to pitch drops
 /// out, scaled to the noise of one gray value at the mean level. `among`: pixels that are not 0 there; null:
 /// all.
-void add_mean_noise(const std::vector<std::vector<const ImageF*>>& pitches, const measure::StepSolver& solver,
-                    Axis axis, double saturation_dn, std::size_t max_samples,
-                    std::vector<NoiseSample>& samples, const ImageU8* among = nullptr);
+void add_mean_noise(const std::vector<std::vector<const GrayImage*>>& pitches,
+                    const measure::StepSolver& solver, Axis axis, double saturation_dn,
+                    std::size_t max_samples, std::vector<NoiseSample>& samples,
+                    const ImageU8* among = nullptr);
 
 /// Holds one point of the photon transfer curve; line_dn2 is the variance of the fitted line there.
 struct TransferBin {
@@ -111,6 +112,6 @@ struct Saturation {
 };
 /// Finds the saturation level from the histogram of images: values pile up at the largest one when it holds 5
 /// times as many as the mean of the 8 levels below and at least 20.
-Saturation find_saturation(const std::vector<const ImageF*>& images, int bit_depth);
+Saturation find_saturation(const std::vector<const GrayImage*>& images, int bit_depth);
 
 }  // namespace fringetwin::calib

@@ -115,11 +115,11 @@ double without_noise(double spread, double noise) {
 
 }  // namespace
 
-std::optional<PixelMapEstimate> pixel_offsets(const std::vector<ImageF>& dark) {
+std::optional<PixelMapEstimate> pixel_offsets(const std::vector<GrayImage>& dark) {
   if (dark.size() < 2) return std::nullopt;
   const Means means = averaged(
       dark[0].width, dark[0].height, dark.size(),
-      [&](std::size_t k, std::size_t i) { return static_cast<double>(dark[k].data[i]); },
+      [&](std::size_t k, std::size_t i) { return static_cast<double>(dark[k][i]); },
       [](double v, double level, double all) { return v - level + all; });
   PixelMapEstimate out{.map = ImageF(dark[0].width, dark[0].height), .n_images = dark.size()};
   std::size_t n_known = 0;
@@ -131,12 +131,12 @@ std::optional<PixelMapEstimate> pixel_offsets(const std::vector<ImageF>& dark) {
   return out;
 }
 
-std::optional<PixelMapEstimate> pixel_factors(const std::vector<ImageF>& flat, const FlatLight& light) {
+std::optional<PixelMapEstimate> pixel_factors(const std::vector<GrayImage>& flat, const FlatLight& light) {
   if (flat.size() < 2) return std::nullopt;
   const int width = flat[0].width, height = flat[0].height;
   const ImageD field = light_of(light.field, width, height);
   const auto value = [&](std::size_t k, std::size_t i) {
-    const auto dn = static_cast<double>(flat[k].data[i]);
+    const auto dn = static_cast<double>(flat[k][i]);
     if (dn >= light.saturation_dn || dn <= 0.0) return std::numeric_limits<double>::quiet_NaN();
     const double offset_dn = light.offsets ? static_cast<double>(light.offsets->map.data[i]) : 0.0;
     return light.response.inverse(dn - light.black_level_dn - offset_dn) / field.data[i];

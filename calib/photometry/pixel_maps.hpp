@@ -25,7 +25,7 @@ struct PixelMapEstimate {
 };
 
 /// Returns the offsets of the pixels, DN, mean 0. Nothing with fewer than two images.
-std::optional<PixelMapEstimate> pixel_offsets(const std::vector<ImageF>& dark);
+std::optional<PixelMapEstimate> pixel_offsets(const std::vector<GrayImage>& dark);
 
 /// What a gray value of the flat images has besides the factor of its pixel.
 struct FlatLight {
@@ -36,7 +36,7 @@ struct FlatLight {
 };
 /// Returns the factors of the pixels, mean 1, over the light around each: the fitted field, and of what it
 /// leaves the mean over 31 x 31 pixels. Nothing with fewer than two images, or where no pixel is usable.
-std::optional<PixelMapEstimate> pixel_factors(const std::vector<ImageF>& flat, const FlatLight& light);
+std::optional<PixelMapEstimate> pixel_factors(const std::vector<GrayImage>& flat, const FlatLight& light);
 
 /// Returns the name of the file that holds a map: "prnu_left.exr".
 std::string pixel_map_file(const std::string& key, const std::string& camera);

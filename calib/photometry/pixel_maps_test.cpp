@@ -64,9 +64,9 @@ struct DrawnPixels {
 
 ImageF mean_of(const std::vector<ImageF>& images) {
   ImageF mean(images[0].width, images[0].height, 0.0F);
-  for (const ImageF& image : images)
+  for (const GrayImage& image : images)
     for (std::size_t i = 0; i < mean.size(); ++i)
-      mean.data[i] += image.data[i] / static_cast<float>(images.size());
+      mean.data[i] += image[i] / static_cast<float>(images.size());
   return mean;
 }
 

@@ -228,13 +228,13 @@ void predict_held_out(const Images& images, double black_dn, ResponseFit& out) {
 
 }  // namespace
 
-ExposedBlocks exposed_blocks(const std::vector<ImageF>& images, double exposure_ms, double saturation_dn) {
+ExposedBlocks exposed_blocks(const std::vector<GrayImage>& images, double exposure_ms, double saturation_dn) {
   ExposedBlocks out{exposure_ms, {}};
   const double n = kBlock * kBlock * static_cast<double>(images.size());
   for (int y = 0; y + kBlock <= images[0].height; y += kBlock)
     for (int x = 0; x + kBlock <= images[0].width; x += kBlock) {
       double sum = 0.0;
-      for (const ImageF& image : images)
+      for (const GrayImage& image : images)
         for (int v = y; v < y + kBlock; ++v)
           for (int u = x; u < x + kBlock; ++u) {
             const auto value = static_cast<double>(image(u, v));

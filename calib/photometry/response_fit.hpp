@@ -17,7 +17,7 @@ struct ExposedBlocks {
   std::vector<double> level_dn;
 };
 /// Returns the means of whole blocks over images of one exposure.
-ExposedBlocks exposed_blocks(const std::vector<ImageF>& images, double exposure_ms, double saturation_dn);
+ExposedBlocks exposed_blocks(const std::vector<GrayImage>& images, double exposure_ms, double saturation_dn);
 
 struct ResponseFit {
   CameraResponse response;

@@ -45,7 +45,7 @@ TEST(ProcamImages, RawImagesGiveTheProjectorCorners) {
   const measure::CameraDecode decode = measure::decode(images, twin.fringes, options);
   BoardPattern pattern;
   pattern.board = {9, 7, 75.0};
-  auto corners = find_board(*images.white, pattern);
+  auto corners = find_board(images.white->floats(), pattern);
   ASSERT_TRUE(corners);
 
   std::vector<Eigen::Vector2d> camera, projector;

@@ -66,8 +66,7 @@ struct SimulatedRig::World {
     const auto level =
         static_cast<float>(bright == dark ? 1.0 : (response(light.pattern.level) - dark) / (bright - dark));
     for (std::size_t i = 0; i < sum.size(); ++i)
-      sum.data[i] +=
-          share * (images.black->data[i] + level * (images.white->data[i] - images.black->data[i]));
+      sum.data[i] += share * ((*images.black)[i] + level * ((*images.white)[i] - (*images.black)[i]));
   }
 };
 

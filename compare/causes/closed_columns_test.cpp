@@ -354,9 +354,9 @@ TEST(ClosedColumns, ACamerasBlurTakesContrastAway) {
   CameraImages frame;
   frame.images.assign(12, ImageF(kWidth, kHeight));
   const auto wave = [=](double x, double y) { return 2.0 * std::cos(w * (0.8 * x + 0.6 * y)); };
-  for (ImageF& image : frame.images)
+  for (GrayImage& image : frame.images)
     for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<float>(5.0 + wave(x, y));
+      for (int x = 0; x < kWidth; ++x) image.writable(x, y) = static_cast<float>(5.0 + wave(x, y));
   for (const double variance : {0.1, 0.8, 1.5}) {
     const Twin twin = two_cameras();
     GridSamples s = samples();

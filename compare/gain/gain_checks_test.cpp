@@ -84,12 +84,12 @@ TEST(GainChecks, SigmaAgreesWithTheClosedFormForIndependentNoise) {
 TEST(GainChecks, ContrastThatTheTwinLacksPartsModulationFromMeans) {
   const SidesTruth t = deep_truth();
   SyntheticSides scene = testing::make_sides(t);
-  std::vector<ImageF>& images =
+  std::vector<GrayImage>& images =
       scene.simulated.irradiance[0].images;  // the twin's contrast is 1/0.8 of the real
   for (std::size_t i = 0; i < images[0].size(); ++i) {
     float mean = 0.0F;
-    for (const ImageF& image : images) mean += image.data[i] / static_cast<float>(images.size());
-    for (ImageF& image : images) image.data[i] = mean + (image.data[i] - mean) / 0.8F;
+    for (const GrayImage& image : images) mean += image[i] / static_cast<float>(images.size());
+    for (GrayImage& image : images) image.as_floats()[i] = mean + (image[i] - mean) / 0.8F;
   }
   const GainParts parts = parts_of(scene);
   expect_gain(part(parts, kWithinPixels), 0.8 * t.gain_dn);
@@ -103,11 +103,12 @@ template <class Where>
 SyntheticSides brightened(const SidesTruth& t, float factor, Where is_brighter) {
   SyntheticSides scene = testing::make_sides(t);
   const auto black = static_cast<float>(t.black_level_dn);
-  std::vector<ImageF>& images = scene.real.images[0].images;
+  std::vector<GrayImage>& images = scene.real.images[0].images;
   for (std::size_t k = 0; k < images.size(); ++k)
     for (int y = 0; y < t.height; ++y)
       for (int x = 0; x < t.width; ++x)
-        if (is_brighter(static_cast<int>(k), x)) images[k](x, y) = black + factor * (images[k](x, y) - black);
+        if (is_brighter(static_cast<int>(k), x))
+          images[k].writable(x, y) = black + factor * (images[k](x, y) - black);
   return scene;
 }
 
@@ -122,8 +123,8 @@ TEST(GainChecks, ABrighterStepIsSeenInItsStepAlone) {
 TEST(GainChecks, AResponseThatIsNotStraightPartsLowFromHighValues) {
   const SidesTruth t = deep_truth();
   SyntheticSides scene = testing::make_sides(t);
-  for (ImageF& image : scene.real.images[0].images)
-    for (float& y : image.data) y -= 1e-5F * (y - 400.0F) * (y - 400.0F);  // of up to 2000 DN: 2 %
+  for (GrayImage& image : scene.real.images[0].images)
+    for (float& y : image.as_floats()) y -= 1e-5F * (y - 400.0F) * (y - 400.0F);  // of up to 2000 DN: 2 %
   const GainParts parts = parts_of(scene);
   const GainCheck low = part(parts, kLowValues), high = part(parts, kHighValues);
   // the slope of x - 1e-5 x^2 at the brightest low value, some 1000 DN, is 2 % below that at black

@@ -212,7 +212,7 @@ TEST(GainTrust, AFlickerIsSaidAndCovered) {
   const SidesTruth t = deep_truth();
   SyntheticSides scene = testing::make_sides(t);
   for (const std::size_t image : {1U, 5U, 9U})
-    for (float& y : scene.real.images[0].images[image].data) y = 400.0F + 1.02F * (y - 400.0F);
+    for (float& y : scene.real.images[0].images[image].as_floats()) y = 400.0F + 1.02F * (y - 400.0F);
   const Comparison c = compared(scene);
   const GainRow& row = c.gain.at(0);
   EXPECT_EQ(row.state, "biased");

@@ -43,9 +43,9 @@ TEST(DarkNoise, IsThatOfTheReadOut) {
 
 TEST(DarkNoise, HasNoTextureOfTheRoomsLight) {
   testing::SyntheticSides sides = testing::make_sides(coded());
-  std::vector<ImageF>& real = sides.real.images[0].images;
-  for (ImageF& image : real)
-    for (std::size_t i = 0; i < image.size(); ++i) image.data[i] += static_cast<float>(i * 7 % 40);
+  std::vector<GrayImage>& real = sides.real.images[0].images;
+  for (GrayImage& image : real)
+    for (std::size_t i = 0; i < image.size(); ++i) image.as_floats()[i] += static_cast<float>(i * 7 % 40);
   const FittedGray gray(std::move(sides));
   const auto dark = dark_noise(gray.pair);
   ASSERT_TRUE(dark);

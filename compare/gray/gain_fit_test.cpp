@@ -162,8 +162,7 @@ TEST(GainFit, TooFewPixelsIsAWarningAndNoNumber) {
 
 TEST(GainFit, ConstantIrradianceHasNoGain) {
   SyntheticSides scene = testing::make_sides({});
-  for (ImageF& image : scene.simulated.irradiance[0].images)
-    std::fill(image.data.begin(), image.data.end(), 5.0f);
+  for (GrayImage& image : scene.simulated.irradiance[0].images) std::ranges::fill(image.as_floats(), 5.0f);
   EXPECT_FALSE(FittedGray(std::move(scene)).fit.row.usable);
 }
 

@@ -30,8 +30,8 @@ using testing::SyntheticSides;
 
 /// The irradiance of the image that is `by` steps further: fringes that lie elsewhere.
 void shift_steps(SyntheticSides& scene, int steps, int by) {
-  std::vector<ImageF>& e = scene.simulated.irradiance[0].images;
-  const std::vector<ImageF> before = e;
+  std::vector<GrayImage>& e = scene.simulated.irradiance[0].images;
+  const std::vector<GrayImage> before = e;
   for (int k = 0; k < static_cast<int>(e.size()); ++k) e[k] = before[k / steps * steps + (k + by) % steps];
 }
 
@@ -39,11 +39,11 @@ void shift_steps(SyntheticSides& scene, int steps, int by) {
 template <class Where>
 void scale_real(SyntheticSides& scene, const SidesTruth& t, double factor, Where where) {
   const double max_dn = scene.twin.cameras[0].sensor.max_dn();
-  for (ImageF& image : scene.real.images[0].images)
+  for (GrayImage& image : scene.real.images[0].images)
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x)
         if (where(x, y))
-          image(x, y) = static_cast<float>(std::clamp(
+          image.writable(x, y) = static_cast<float>(std::clamp(
               std::round(t.black_level_dn + factor * (static_cast<double>(image(x, y)) - t.black_level_dn)),
               0.0, max_dn));
 }
@@ -80,8 +80,7 @@ TEST(GainStart, ReflectivityThatVariesIsToldApart) {
 
 TEST(GainStart, ConstantLightTellsNothing) {
   SyntheticSides scene = testing::make_sides({});
-  for (ImageF& image : scene.simulated.irradiance[0].images)
-    std::fill(image.data.begin(), image.data.end(), 5.0F);
+  for (GrayImage& image : scene.simulated.irradiance[0].images) std::ranges::fill(image.as_floats(), 5.0F);
   EXPECT_FALSE(start_of_amplitudes(gray_pair(scene), nullptr));
 }
 
@@ -147,8 +146,7 @@ TEST(GainStart, AMessageCountsWhatIsThere) {
   EXPECT_THAT(last_warning(saturated), HasSubstr("of " + std::to_string(n) + " gray values"));
   EXPECT_THAT(last_warning(saturated), HasSubstr(" " + std::to_string(n) + " are saturated; 0 are left"));
   SyntheticSides constant = testing::make_sides({});
-  for (ImageF& image : constant.simulated.irradiance[0].images)
-    std::fill(image.data.begin(), image.data.end(), 5.0F);
+  for (GrayImage& image : constant.simulated.irradiance[0].images) std::ranges::fill(image.as_floats(), 5.0F);
   const FittedGray flat(constant, Margins::noise);
   EXPECT_THAT(last_warning(flat), HasSubstr("of " + std::to_string(n) + " gray values"));
   EXPECT_THAT(last_warning(flat), HasSubstr("irradiance does not vary"));
@@ -175,8 +173,8 @@ TEST(GainStart, TheMarginsComeFromTheNoiseWhateverTheResidualsAre) {
 TEST(GainStart, AClipBelowFullScaleIsLeftOut) {
   SidesTruth t = misjudged_truth();
   SyntheticSides scene = testing::make_sides(t);
-  for (ImageF& image : scene.real.images[0].images)
-    for (float& v : image.data) v = std::min(v, 2600.0F);
+  for (GrayImage& image : scene.real.images[0].images)
+    for (float& v : image.as_floats()) v = std::min(v, 2600.0F);
   scene.real.images[0].clip = Clip{2600.0, 1};
   const FittedGray f(scene, Margins::noise);
   ASSERT_TRUE(f.fit.row.usable);

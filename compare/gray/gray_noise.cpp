@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kMostMeanSamples = 200'000, kMostUnlitSamples = 50'000, kMostKnownPixels = 20'000;
 
 /// Returns the values of about `most` samples, or all, of the pixels that are set in `among`.
-std::vector<measure::NoiseValue> values_of_means(const std::vector<std::vector<const ImageF*>>& images,
+std::vector<measure::NoiseValue> values_of_means(const std::vector<std::vector<const GrayImage*>>& images,
                                                  const measure::StepSolver& solver, Axis axis,
                                                  const GrayPair& pair, const ImageU8& among,
                                                  std::size_t most) {
@@ -35,7 +35,7 @@ std::vector<measure::NoiseValue> values_of_means(const std::vector<std::vector<c
 std::optional<measure::NoiseModel> noise_of_means(const std::vector<measure::NoiseInput>& pitches,
                                                   const measure::StepSolver& solver, Axis axis,
                                                   const GrayPair& pair, const ImageU8& flags) {
-  std::vector<std::vector<const ImageF*>> images;
+  std::vector<std::vector<const GrayImage*>> images;
   for (const measure::NoiseInput& p : pitches) images.push_back(p.steps);
   ImageU8 lit(flags.width, flags.height, 0), unlit = lit;
   for (std::size_t i = 0; i < flags.size(); ++i) {
@@ -140,7 +140,8 @@ void GrayNoise::estimate(const GrayPair& pair, const CameraDecode& real, const s
     const DirectionDecode& d = real.directions[k];
     std::vector<measure::NoiseInput> pitches(d.wrapped_rad.size());
     for (std::size_t p = 0; p < pitches.size(); ++p) {
-      pitches[p] = {std::vector<const ImageF*>(steps.size(), nullptr), &d.wrapped_rad[p], &d.amplitude_dn[p]};
+      pitches[p] = {std::vector<const GrayImage*>(steps.size(), nullptr), &d.wrapped_rad[p],
+                    &d.amplitude_dn[p]};
       for (std::size_t i = 0; i < pair.patterns.size(); ++i) {
         const PatternSpec& spec = pair.patterns[i];
         const auto at = std::ranges::find(steps, spec.step);

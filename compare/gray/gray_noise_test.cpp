@@ -65,16 +65,16 @@ TEST(GrayNoise, OfRightTwinsIsWhatTheirResidualsShow) {
 
 TEST(GrayNoise, AFactorPerPixelTakesMoreThanOneValuesNoise) {
   testing::SyntheticSides sides = testing::make_sides(right_twin(3, 12, 0.5));
-  const std::vector<ImageF>& real = sides.real.images[0].images;
-  std::vector<ImageF>& light = sides.simulated.irradiance[0].images;
+  const std::vector<GrayImage>& real = sides.real.images[0].images;
+  std::vector<GrayImage>& light = sides.simulated.irradiance[0].images;
   for (std::size_t i = 0; i < light[0].size(); ++i) {
     double ye = 0.0, ee = 0.0;
     for (std::size_t k = 0; k < light.size(); ++k) {
-      const auto e = static_cast<double>(light[k].data[i]);
-      ye += (static_cast<double>(real[k].data[i]) - 400.0) * e, ee += e * e;
+      const auto e = static_cast<double>(light[k][i]);
+      ye += (static_cast<double>(real[k][i]) - 400.0) * e, ee += e * e;
     }
     if (!(ee > 0.0)) continue;
-    for (ImageF& image : light) image.data[i] *= static_cast<float>(ye / (200.0 * ee));
+    for (GrayImage& image : light) image.as_floats()[i] *= static_cast<float>(ye / (200.0 * ee));
   }
   const FittedGray gray(std::move(sides), testing::Margins::noise);
   const ExplainedRow row = explained(gray, {.factor = true});

@@ -63,7 +63,7 @@ void check_images(const CameraImages& images, const GrayPair& pair, const char* 
         ExitCode::input, where,
         fmt::format("{} images, but the fringe sequence has {}", images.images.size(), pair.patterns.size()),
         "give both sides the images of one sequence");
-  for (const ImageF& image : images.images)
+  for (const GrayImage& image : images.images)
     if (!image.same_size(pair.mask))
       throw UserError(ExitCode::input, where,
                       fmt::format("an image has {}x{} pixels, the camera {}x{}", image.width, image.height,
@@ -120,14 +120,14 @@ std::shared_ptr<const CameraImages> straightened(const CameraImages& images, con
   // Compared with straightened values, which are floats: the bound is rounded as they are.
   const auto bound = static_cast<float>(straight.reached_by_most(saturation_dn));
   auto out = std::make_shared<CameraImages>(images);
-  for (ImageF& image : out->images)
-    for (std::size_t i = 0; i < image.size(); ++i) {
-      const auto dn = static_cast<double>(image.data[i]);
+  for (GrayImage& image : out->images) {
+    std::vector<float>& values = image.as_floats();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto dn = static_cast<double>(values[i]);
       const auto value = static_cast<float>(straight(dn, i));
-      image.data[i] = dn >= saturation_dn ? std::max(value, bound)
-                      : dn <= 0.0         ? std::min(value, 0.0F)
-                                          : value;
+      values[i] = dn >= saturation_dn ? std::max(value, bound) : dn <= 0.0 ? std::min(value, 0.0F) : value;
     }
+  }
   out->clip = Clip{static_cast<double>(bound), images.clip ? images.clip->n : 0};
   return out;
 }

@@ -38,10 +38,10 @@ struct GrayPair {
   int width() const { return mask.width; }
   int height() const { return mask.height; }
   /// Returns the real gray value in this image of the sequence at pixel i.
-  double real_at(int image, std::size_t i) const { return static_cast<double>(real->images[image].data[i]); }
+  double real_at(int image, std::size_t i) const { return static_cast<double>(real->images[image][i]); }
   /// Returns the value of `irradiance` in this image of the sequence at pixel i.
   double source_at(int image, std::size_t i) const {
-    return static_cast<double>(irradiance->images[image].data[i]);
+    return static_cast<double>(irradiance->images[image][i]);
   }
   /// Returns the irradiance E there.
   double irradiance_at(int image, std::size_t i) const { return e_scale * source_at(image, i) + e_offset; }

@@ -61,9 +61,10 @@ struct UnevenSensor {
   }
   /// One image of this light, rounded and clipped.
   CameraImages taken(double light_dn) const {
-    CameraImages out{.images = {ImageF(kWidth, kHeight)}};
+    CameraImages out;
+    out.images.push_back(ImageF(kWidth, kHeight));
     for (std::size_t i = 0; i < factor.size(); ++i)
-      out.images[0].data[i] =
+      out.images[0].as_floats()[i] =
           static_cast<float>(std::round(std::clamp(mean_dn(light_dn, i), 0.0, sensor.max_dn())));
     return out;
   }
@@ -76,7 +77,7 @@ TEST(Straightened, PixelsSayTheLightThatAllOfThemSaw) {
     const auto straight = straightened(taken, uneven.sensor);
     for (std::size_t i = 0; i < uneven.factor.size(); ++i) {
       if (i == UnevenSensor::kHot && light_dn > 140.0) continue;  // clipped
-      ASSERT_NEAR(static_cast<double>(straight->images[0].data[i]), UnevenSensor::kBlackDn + light_dn, 0.55)
+      ASSERT_NEAR(static_cast<double>(straight->images[0][i]), UnevenSensor::kBlackDn + light_dn, 0.55)
           << light_dn << " DN, pixel " << i;
     }
   }
@@ -90,10 +91,10 @@ TEST(Straightened, WhatIsClippedStaysClipped) {
   const double bound = white->saturation_dn();
   EXPECT_GT(bound, 0.95 * (uneven.sensor.response.inverse(255.0 - 20.0) + 20.0));
   EXPECT_LT(bound, uneven.sensor.response.inverse(255.0 - 20.0) + 20.0);
-  for (const float value : white->images[0].data) ASSERT_GE(static_cast<double>(value), bound);
+  for (const float value : white->images[0].floats().data) ASSERT_GE(static_cast<double>(value), bound);
   const CameraImages black{.images = {ImageF(UnevenSensor::kWidth, UnevenSensor::kHeight, 0.0F)}};
   const auto dark = straightened(black, uneven.sensor);
-  for (const float value : dark->images[0].data) ASSERT_LE(value, 0.0F);
+  for (const float value : dark->images[0].floats().data) ASSERT_LE(value, 0.0F);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ Spread spread_of(const std::vector<NoiseSample>& z) {
 
 /// Returns the samples where the camera sees fringes. Whether their order was found does not matter: noise
 /// that the decode was told far too large refuses every order.
-std::vector<NoiseSample> residuals(const std::vector<std::vector<const ImageF*>>& pitches, Axis axis,
+std::vector<NoiseSample> residuals(const std::vector<std::vector<const GrayImage*>>& pitches, Axis axis,
                                    const CameraImages& real, const ImageU8& flags) {
   const auto steps = static_cast<int>(pitches.front().size());
   const measure::StepSolver solver(measure::all_steps(steps), steps);
@@ -156,7 +156,7 @@ void put_quantiles(const std::vector<NoiseSample>& z, const Spread& spread, Nois
   }
 }
 
-bool check_gray(const Camera& camera, const std::vector<std::vector<const ImageF*>>& pitches, Axis axis,
+bool check_gray(const Camera& camera, const std::vector<std::vector<const GrayImage*>>& pitches, Axis axis,
                 const CameraImages& real, const ImageU8& flags, NoiseRow& row) {
   const std::vector<NoiseSample> samples = residuals(pitches, axis, real, flags);
   const std::vector<NoiseSample> z = normalised(samples, camera.sensor);
@@ -210,11 +210,13 @@ ImageF predicted_variance(const Sensor& sensor, const measure::DirectionDecode& 
 }
 
 /// Returns the phase that the twin has without noise at each pixel, NaN where it is dark.
-ImageF exact_phase(const std::vector<const ImageF*>& steps, const measure::StepSolver& solver) {
+ImageF exact_phase(const std::vector<const GrayImage*>& steps, const measure::StepSolver& solver) {
   constexpr float kDark = 1e-3f;  // of the largest amplitude
   ImageF phase(steps.front()->width, steps.front()->height), amplitude = phase;
   std::vector<const float*> rows;
-  for (const ImageF* step : steps) rows.push_back(step->data.data());
+  std::vector<std::vector<float>> rooms(steps.size());
+  for (std::size_t k = 0; k < steps.size(); ++k)
+    rows.push_back(steps[k]->values(0, phase.size(), rooms[k]).data());
   measure::solve_row(solver, rows.data(), static_cast<int>(phase.size()),
                      {.phase_rad = phase.data.data(), .amplitude = amplitude.data.data()});
   const float least = kDark * *std::ranges::max_element(amplitude.data);

@@ -86,8 +86,8 @@ TEST(NoiseCheck, ShotNoiseIsRightAtEveryLevel) {
   sensor.black_level_dn = t.black_level_dn;
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
-  for (ImageF& image : scene.real.images[0].images)
-    for (float& v : image.data) {
+  for (GrayImage& image : scene.real.images[0].images)
+    for (float& v : image.as_floats()) {
       const double dn = static_cast<double>(v);
       v = static_cast<float>(std::round(dn + std::sqrt((dn - t.black_level_dn) / 20.0) * normal(random)));
     }
@@ -106,10 +106,11 @@ TEST(NoiseCheck, TheMapShowsWhereTheRigIsNoisier) {
   scene.twin.cameras[0].sensor.read_noise_dn = 1.5;
   std::mt19937_64 random(6);
   std::normal_distribution<double> normal(0.0, 2.0);
-  for (ImageF& image : scene.real.images[0].images)
+  for (GrayImage& image : scene.real.images[0].images)
     for (int y = 0; y < image.height; ++y)
       for (int x = 96; x < image.width; ++x)
-        image(x, y) = static_cast<float>(std::round(static_cast<double>(image(x, y)) + normal(random)));
+        image.writable(x, y) =
+            static_cast<float>(std::round(static_cast<double>(image(x, y)) + normal(random)));
   const auto rows = rows_of(scene);
   ASSERT_EQ(rows.size(), 1u);
   const ImageF& map = rows[0].ratio_map;
@@ -204,7 +205,7 @@ TEST(NoiseCheck, ABrighterPitchIsNoNoise) {
   SyntheticSides scene = testing::make_sides(three_steps());
   scene.twin.cameras[0].sensor.read_noise_dn = 4.0;
   for (int k = 3; k < 6; ++k)  // 2 % flicker: 20 DN between the means
-    for (float& v : scene.real.images[0].images[static_cast<std::size_t>(k)].data)
+    for (float& v : scene.real.images[0].images[static_cast<std::size_t>(k)].as_floats())
       v = static_cast<float>(std::round(1.02 * static_cast<double>(v)));
   const auto rows = rows_of(scene);
   ASSERT_EQ(rows.size(), 1u);

@@ -67,7 +67,7 @@ class HeldOutImages : public ::testing::Test {
                    offset =
                        offset_dn > 0.0 ? std::uniform_real_distribution<double>(0.0, offset_dn)(random) : 0.0;
       for (std::size_t k = 0; k < out.images.size(); ++k)
-        out.images[k].data[static_cast<std::size_t>(i)] = static_cast<float>(
+        out.images[k].as_floats()[static_cast<std::size_t>(i)] = static_cast<float>(
             std::round(20.0 * factor * pixel.irradiance[k] + offset + kNoiseDn * normal(random)));
     }
     return {out};
@@ -314,8 +314,8 @@ TEST_F(HeldOutImages, TextureOfARefinementGoesWithTheTwin) {
     double most = 0.0;
     for (std::size_t k = 0; k < images.size(); ++k)
       for (std::size_t i = 0; i < applied[0].images[k].size(); ++i)
-        most = std::max(most, std::abs(static_cast<double>(applied[0].images[k].data[i]) -
-                                       static_cast<double>(rendered[0].images[k].data[i])));
+        most = std::max(most, std::abs(static_cast<double>(applied[0].images[k][i]) -
+                                       static_cast<double>(rendered[0].images[k][i])));
     EXPECT_LE(most, tolerance);
     twin = refined.twin;
   }
@@ -334,7 +334,7 @@ TEST_F(HeldOutImages, PitchesArePredictedByTheOthers) {
   std::vector<CameraImages> brighter = real;
   for (std::size_t k = 0; k < patterns.size(); ++k)
     if (patterns[k].pitch == 1)
-      for (float& value : brighter[0].images[k].data) value += 8.0F;
+      for (float& value : brighter[0].images[k].as_floats()) value += 8.0F;
   const std::vector<HeldOutRow> off = by_pitches(brighter);
   std::size_t n_brighter = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -354,7 +354,7 @@ TEST_F(HeldOutImages, TheMapOfTheWorstShowsWhereItIsOff) {
   const auto is_in_spot = [](int x, int y) { return std::abs(x - 12) < 5 && std::abs(y - 20) < 5; };
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x)
-      if (is_in_spot(x, y)) real[0].images[kBrighter](x, y) += 6.0F * static_cast<float>(kNoiseDn);
+      if (is_in_spot(x, y)) real[0].images[kBrighter].writable(x, y) += 6.0F * static_cast<float>(kNoiseDn);
   const HeldOut all = all_held_out(real, {});
   ASSERT_EQ(all.worst.size(), 1u);
   const HeldOutMap& map = all.worst.front();
@@ -401,7 +401,7 @@ TEST_F(HeldOutImages, KnowNothingOfTheirOwnWaveform) {
 TEST_F(HeldOutImages, TakeTheirOwnLightAlone) {
   const std::vector<PatternSpec> patterns = expand_sequence(twin_.fringes);
   std::vector<CameraImages> real = recorded(twin_);
-  for (float& value : real[0].images[3].data) value = std::round(1.05F * value);
+  for (float& value : real[0].images[3].as_floats()) value = std::round(1.05F * value);
   for (const HeldOutRow& row : held_out(real, {"light"})) {
     const bool is_brighter = row.pattern == patterns[3].label(twin_.fringes);
     if (is_brighter) {
@@ -421,7 +421,7 @@ TEST_F(HeldOutImages, HaveNoPartInTheirPrediction) {
   for (const int step : {1, 5})  // one whole fold, all pitches
     for (std::size_t k = 0; k < real[0].images.size(); ++k)
       if (expand_sequence(twin_.fringes)[k].step == step)
-        for (float& value : brighter[0].images[k].data) value += 8.0F;
+        for (float& value : brighter[0].images[k].as_floats()) value += 8.0F;
   const std::vector<std::string> asked{"harmonics", "texture"};
   const std::vector<HeldOutRow> a = held_out(real, asked), b = held_out(brighter, asked);
   ASSERT_EQ(a.size(), b.size());

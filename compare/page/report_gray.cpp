@@ -63,7 +63,7 @@ std::vector<Plot> profile_plots(const ImageF& real, const ImageF& before, const 
 /// Returns what the twin's own sensor makes of it, before any fit; empty where the real side is irradiance.
 ImageF gray_before_fit(const GrayPair& pair, const GainFit& fit, int image) {
   if (pair.real->radiance) return {};
-  if (pair.simulated && !pair.simulated->radiance) return pair.simulated->images[image];
+  if (pair.simulated && !pair.simulated->radiance) return pair.simulated->images[image].floats();
   GainFit twin = fit;
   twin.row.gain_dn = pair.camera->sensor.gain_dn;
   twin.row.black_level_dn = pair.camera->sensor.black_level_dn;
@@ -79,7 +79,7 @@ double brightest(const ImageF& image) { return std::max(1.0, report::robust_limi
 std::string camera_with_real(const ReportInput& in, const GrayPair& pair, const GainFit& fit, std::size_t c) {
   const int image = shown_image(in.twin, pair.images);
   const std::string name = pair.camera->name, label = label_of(in.twin, image);
-  const ImageF& real = pair.real->images[image];
+  const ImageF real = pair.real->images[image].floats();
   const ImageF predicted = predicted_gray(pair, fit, image), difference = gray_difference(pair, fit, image);
   const auto [window, row, columns] = shown_part(in, c);
   const MapStyle signed_style = difference_style(difference, "DN");
@@ -124,7 +124,7 @@ std::string camera_simulated_only(const ReportInput& in, std::size_t c) {
   std::vector<int> all(images.images.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   const int image = shown_image(in.twin, all);
-  const ImageF& picture = images.images[image];
+  const ImageF picture = images.images[image].floats();
   const auto [window, row, columns] = shown_part(in, c);
   const std::string label = label_of(in.twin, image);
   Plot plot = row_plot("gray value [DN]", 290, columns,

@@ -133,7 +133,7 @@ Effect field_effect(LegendreOrders order, Vector2d size_px) {
 }
 
 /// Returns sum over the kernel of one pixel of an image; its part inside the image is scaled to unit sum.
-double blurred_at(const ImageF& image, int x, int y, const std::vector<double>& kernel) {
+double blurred_at(const GrayImage& image, int x, int y, const std::vector<double>& kernel) {
   const int reach = static_cast<int>(kernel.size()) - 1;
   double sum = 0.0, weights = 0.0;
   for (int v = std::max(0, y - reach); v <= std::min(image.height - 1, y + reach); ++v)
@@ -176,7 +176,7 @@ Effect camera_psf_effect(double start, double image_px2) {
     const std::size_t n = s.images.size();
 #pragma omp parallel for schedule(static)
     for (std::size_t k = 0; k < n; ++k) {  // image by image: the rows of one stay in the cache
-      const ImageF& image = s.frame->images[static_cast<std::size_t>(s.images[k])];
+      const GrayImage& image = s.frame->images[static_cast<std::size_t>(s.images[k])];
       for (std::size_t p = 0; p < s.n_pixels(); ++p) {
         const Eigen::Vector2i at = place_px(s, p).cast<int>();
         shift(irradiance[p * n + k],

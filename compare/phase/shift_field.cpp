@@ -73,9 +73,9 @@ class ShiftField {
 
  private:
   /// DN per pixel; sixth order: a fringe of 6 px loses 1 % of its slope, of 8 px 0.2 %.
-  double slope(const ImageF& image, std::size_t i, std::size_t step) const {
+  double slope(const GrayImage& image, std::size_t i, std::size_t step) const {
     const auto odd = [&](std::size_t k) {
-      return static_cast<double>(image.data[i + k * step]) - static_cast<double>(image.data[i - k * step]);
+      return static_cast<double>(image[i + k * step]) - static_cast<double>(image[i - k * step]);
     };
     return per_e_ * (45.0 * odd(1) - 9.0 * odd(2) + odd(3)) / 60.0;
   }
@@ -96,7 +96,7 @@ class ShiftField {
       const double d = difference_[k].data[i];
       if (!std::isfinite(d)) continue;
       const int image = pair_.gain_images[k];
-      const ImageF& e = pair_.irradiance->images[image];
+      const GrayImage& e = pair_.irradiance->images[image];
       const double u = fit_.row.gain_dn * pair_.irradiance_at(image, i);
       const double w = 1.0 / noise_.variance_dn2(u + fit_.row.black_level_dn);
       const Eigen::Vector2d g(slope(e, i, 1), slope(e, i, down));

@@ -49,8 +49,8 @@ class Scene {
               kGain * static_cast<double>(albedo(x, y)) * light(image, x - m.dx, y - m.dy) + kBlack;
           real(x, y) = static_cast<float>(std::round(dn + m.noise_dn * normal(random)));
         }
-      real_.images.push_back(real);
-      irradiance_.images.push_back(e);
+      real_.images.push_back(std::move(real));
+      irradiance_.images.push_back(std::move(e));
     }
   }
 

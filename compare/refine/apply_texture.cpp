@@ -73,7 +73,7 @@ void apply_texture(Refinement& refinement, const std::vector<CameraImages>& real
     Camera& camera = twin.cameras[c];
     const bool as_taken = real[c].radiance || camera.sensor.straight();
     const auto straight = as_taken ? nullptr : straightened(real[c], camera.sensor);
-    std::vector<ImageF>& e = irradiance[c].images;
+    std::vector<GrayImage>& e = irradiance[c].images;
     const GrayOverLight values(as_taken ? real[c] : *straight, e, images, camera.exposure_factors,
                                *refinement.texture[c]);
     PixelTexture now =
@@ -93,8 +93,12 @@ void apply_texture(Refinement& refinement, const std::vector<CameraImages>& real
       now = texture_by(refinement.own, values, camera.texture_spread_px, now.factor);
     const PixelTexture before = camera.texture ? *camera.texture : PixelTexture{};
     camera.texture = std::make_shared<const PixelTexture>(on_top_of(before, now));
-    for (std::size_t k = 0; k < e.size(); ++k)
-      render::apply_pixel_texture(now, camera.texture_spread_px, factor_of(camera.exposure_factors, k), e[k]);
+    for (std::size_t k = 0; k < e.size(); ++k) {
+      ImageF image = e[k].floats();
+      render::apply_pixel_texture(now, camera.texture_spread_px, factor_of(camera.exposure_factors, k),
+                                  image);
+      e[k] = std::move(image);
+    }
   }
 }
 

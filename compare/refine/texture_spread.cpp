@@ -203,7 +203,7 @@ double off(const Telling& t, double s) {
 
 }  // namespace
 
-GrayOverLight::GrayOverLight(const CameraImages& real, const std::vector<ImageF>& light,
+GrayOverLight::GrayOverLight(const CameraImages& real, const std::vector<GrayImage>& light,
                              const std::vector<int>& images, const std::vector<double>& exposures,
                              const Refinement::Line& line)
     : real_(real),

@@ -18,25 +18,25 @@ namespace fringetwin::compare {
 /// offset. Keeps references to what it is given.
 class GrayOverLight {
  public:
-  GrayOverLight(const CameraImages& real, const std::vector<ImageF>& light, const std::vector<int>& images,
+  GrayOverLight(const CameraImages& real, const std::vector<GrayImage>& light, const std::vector<int>& images,
                 const std::vector<double>& exposures, const Refinement::Line& line);
   const std::vector<std::size_t>& images() const { return images_; }  ///< sequence indices
-  const std::vector<ImageF>& light() const { return light_; }         ///< as it was given, by sequence index
+  const std::vector<GrayImage>& light() const { return light_; }      ///< as it was given, by sequence index
   double exposure(std::size_t image) const { return factor_of(exposures_, image); }
   bool is_usable(std::size_t image, std::size_t pixel) const {
-    return static_cast<double>(real_.images[image].data[pixel]) < saturation_dn_;
+    return static_cast<double>(real_.images[image][pixel]) < saturation_dn_;
   }
   double gray_at(std::size_t image, std::size_t pixel) const {
-    return (static_cast<double>(real_.images[image].data[pixel]) - line_.black_level_dn) / line_.gain_dn /
+    return (static_cast<double>(real_.images[image][pixel]) - line_.black_level_dn) / line_.gain_dn /
            exposure(image);
   }
   double light_at(std::size_t image, std::size_t pixel) const {
-    return static_cast<double>(light_[image].data[pixel]) / exposure(image);
+    return static_cast<double>(light_[image][pixel]) / exposure(image);
   }
 
  private:
   const CameraImages& real_;
-  const std::vector<ImageF>& light_;
+  const std::vector<GrayImage>& light_;
   const std::vector<double>& exposures_;
   Refinement::Line line_;
   std::vector<std::size_t> images_;

@@ -32,7 +32,7 @@ double light_at(double x, double y, int step) {
 /// What a camera of Gaussian pixels sees of textured and plain surface.
 struct Scene {
   CameraImages real;
-  std::vector<ImageF> light;
+  std::vector<GrayImage> light;
   PixelTexture texture;
 };
 
@@ -107,7 +107,7 @@ TEST(TextureSpread, PixelsOfAnotherKindAreLeftOut) {
     for (int k = 0; k < kSteps; ++k) {
       const double x = static_cast<double>(i % kWidth), y = static_cast<double>(i / kWidth);
       const double moved = light_at(x + 0.3 * kPeriod / (2.0 * std::numbers::pi), y, k);
-      s.real.images[k].data[i] = static_cast<float>(kBlack + kGain * moved * texture_at(x, y));
+      s.real.images[k].as_floats()[i] = static_cast<float>(kBlack + kGain * moved * texture_at(x, y));
     }
   const auto found = fitted(s);
   ASSERT_TRUE(found.has_value());
@@ -118,8 +118,8 @@ TEST(TextureSpread, IsNotToldWithoutATexture) {
   Scene s = scene(0.8, 1.0);
   for (std::size_t k = 0; k < kSteps; ++k)  // the same fringes on plain paper
     for (std::size_t i = 0; i < s.light[k].size(); ++i)
-      s.real.images[k].data[i] = static_cast<float>(kBlack + 0.5 * kGain * s.light[k].data[i]) +
-                                 0.5F * static_cast<float>((i * 7919 + k * 104729) % 13) / 6.0F;
+      s.real.images[k].as_floats()[i] = static_cast<float>(kBlack + 0.5 * kGain * s.light[k][i]) +
+                                        0.5F * static_cast<float>((i * 7919 + k * 104729) % 13) / 6.0F;
   EXPECT_FALSE(fitted(s).has_value());
 }
 

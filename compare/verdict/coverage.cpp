@@ -199,14 +199,14 @@ double largest_noise_dn(std::size_t camera, const Side& real, const Side& simula
 void saturate_by_chance(const Twin& twin, const CameraImages& images, double noise_dn,
                         const Image<PixelState>& other, Image<PixelState>& states) {
   const double near_dn = images.saturation_dn() - kChanceOfClip * noise_dn;
-  std::vector<const ImageF*> steps;
+  std::vector<const GrayImage*> steps;
   const std::vector<PatternSpec> patterns = expand_sequence(twin.fringes);
   for (std::size_t k = 0; k < std::min(patterns.size(), images.images.size()); ++k)
     if (patterns[k].kind == PatternSpec::Kind::phase_step) steps.push_back(&images.images[k]);
   for (std::size_t i = 0; i < states.size(); ++i)
     if (states.data[i] == PixelState::measured && other.data[i] == PixelState::saturated &&
         std::ranges::any_of(
-            steps, [&](const ImageF* step) { return static_cast<double>(step->data[i]) >= near_dn; }))
+            steps, [&](const GrayImage* step) { return static_cast<double>((*step)[i]) >= near_dn; }))
       states.data[i] = PixelState::saturated;
 }
 

@@ -267,10 +267,11 @@ TEST(Coverage, PixelsSoNearTheClipThatNoiseDecidesAreOfNoSide) {
     for (int y = 0; y < real.height(); ++y)
       for (int x = 90; x < 110; ++x) {
         if (real.flags(x, y) != measure::kValid) continue;
-        for (Side* side : {&s.real, &s.simulated}) side->images[0].images[0](x, y) = near ? 254.0F : 200.0F;
+        for (Side* side : {&s.real, &s.simulated})
+          side->images[0].images[0].writable(x, y) = near ? 254.0F : 200.0F;
         if ((x + y) % 2 == 0) continue;
         real.flags(x, y) = measure::kSaturated;
-        s.real.images[0].images[0](x, y) = 255.0F;
+        s.real.images[0].images[0].writable(x, y) = 255.0F;
         ++clipped;
       }
     const CoverageRow row = rows_of(s).at(0);

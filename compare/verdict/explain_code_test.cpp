@@ -66,8 +66,8 @@ TEST(ExplainCode, KnowsHowWellTheBlackLevelIsTold) {
 
 TEST(ExplainCode, EachImageHasItsOwnLight) {
   SyntheticSides sides = testing::make_sides(testing::coded_truth());
-  change_codes(sides, [](ImageF& image, std::size_t k) {
-    for (float& dn : image.data) dn = 60.0F + (k % 2 == 0 ? 0.97F : 1.02F) * (dn - 60.0F);
+  change_codes(sides, [](GrayImage& image, std::size_t k) {
+    for (float& dn : image.as_floats()) dn = 60.0F + (k % 2 == 0 ? 0.97F : 1.02F) * (dn - 60.0F);
   });
   const auto code = code_of(std::move(sides));
   ASSERT_TRUE(code);
@@ -78,11 +78,11 @@ TEST(ExplainCode, EachImageHasItsOwnLight) {
 
 TEST(ExplainCode, LightThatIsSpreadFurtherIsNotExplained) {
   SyntheticSides sides = testing::make_sides(testing::coded_truth());
-  change_codes(sides, [](ImageF& image, std::size_t) {
-    const ImageF sharp = image;
+  change_codes(sides, [](GrayImage& image, std::size_t) {
+    const GrayImage sharp = image;
     for (int y = 0; y < image.height; ++y)
       for (int x = 1; x + 1 < image.width; ++x)
-        image(x, y) = 0.9F * sharp(x, y) + 0.05F * (sharp(x - 1, y) + sharp(x + 1, y));
+        image.writable(x, y) = 0.9F * sharp(x, y) + 0.05F * (sharp(x - 1, y) + sharp(x + 1, y));
   });
   const auto code = code_of(std::move(sides));
   ASSERT_TRUE(code);
@@ -116,8 +116,8 @@ SyntheticSides with_areas(double moved_px) {
         const auto light = [&](double px) {
           return testing::weight_at(t, x, y) * seen_by_pixel(sides.twin.fringes, patterns[k], px);
         };
-        sides.simulated.irradiance[0].images[k](x, y) = static_cast<float>(light(at));
-        sides.real.images[0].images[k](x, y) = static_cast<float>(
+        sides.simulated.irradiance[0].images[k].writable(x, y) = static_cast<float>(light(at));
+        sides.real.images[0].images[k].writable(x, y) = static_cast<float>(
             std::round(t.gain_dn * light(at + moved_px) + t.black_level_dn + noise(random)));
       }
   }

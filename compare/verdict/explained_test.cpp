@@ -195,9 +195,9 @@ TEST(Explained, MostGrayValuesAtTheEndsOfTheScaleAreNotCompared) {
 TEST(Explained, WhatIsCommonToARegionIsNot) {
   // 0.1 % of shading over half the image: 2 % of the noise's square, but in every step and pixel alike
   SyntheticSides scene = testing::make_sides(deep());
-  for (ImageF& image : scene.simulated.irradiance[0].images)
+  for (GrayImage& image : scene.simulated.irradiance[0].images)
     for (int y = 0; y < image.height; ++y)
-      for (int x = image.width / 2; x < image.width; ++x) image(x, y) *= 1.001F;
+      for (int x = image.width / 2; x < image.width; ++x) image.writable(x, y) *= 1.001F;
   const ExplainedRow row = gray_of(scene);
   EXPECT_LE(row.chi2, row.chi2_limit);
   EXPECT_GT(row.regional_chi2, 1.5 * row.regional_limit);
@@ -240,7 +240,7 @@ TEST(Explained, WhatIsOffInAPixelAsAWholeAddsUpOverItsImagesNotOverPixels) {
     const double common = scatter.common_dn * normal(random), a = scatter.turning_dn * normal(random),
                  b = scatter.turning_dn * normal(random);
     for (int k = 0; k < t.steps; ++k)
-      scene.real.images[0].images[k].data[i] +=
+      scene.real.images[0].images[k].as_floats()[i] +=
           static_cast<float>(std::round(common + a * std::cos(steps_rad[k]) + b * std::sin(steps_rad[k])));
   }
   // a pixel's 8 values add up to a variance of 8 v + 64 c^2, by cos(d + phase) to 4 v + 16 r^2; v = 4^2 + 1/6
@@ -254,9 +254,9 @@ TEST(Explained, WhatIsOffInAPixelAsAWholeAddsUpOverItsImagesNotOverPixels) {
   EXPECT_EQ(row.state, "explained") << row.why;
   EXPECT_NEAR(row.lines.at(2).variance, 4.0 + 9.0, 1e-9);
   // what all pixels have in common shows through it
-  for (ImageF& image : scene.simulated.irradiance[0].images)
+  for (GrayImage& image : scene.simulated.irradiance[0].images)
     for (int y = 0; y < image.height; ++y)
-      for (int x = image.width / 2; x < image.width; ++x) image(x, y) *= 1.002F;
+      for (int x = image.width / 2; x < image.width; ++x) image.writable(x, y) *= 1.002F;
   EXPECT_GT(gray_of(scene, stated).regional_chi2, 1.5 * row.regional_limit);
 }
 

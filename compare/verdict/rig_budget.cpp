@@ -31,9 +31,9 @@ ImageF exact_gray(const ImageF& irradiance, const Sensor& sensor) {
 /// run.
 CameraImages exact_exposure(const CameraImages& irradiance, const Sensor& sensor) {
   CameraImages out{.camera = irradiance.camera, .bit_depth = sensor.bit_depth};
-  for (const ImageF& image : irradiance.images) out.images.push_back(exact_gray(image, sensor));
-  if (irradiance.white) out.white = exact_gray(*irradiance.white, sensor);
-  if (irradiance.black) out.black = exact_gray(*irradiance.black, sensor);
+  for (const GrayImage& image : irradiance.images) out.images.push_back(exact_gray(image.floats(), sensor));
+  if (irradiance.white) out.white = exact_gray(irradiance.white->floats(), sensor);
+  if (irradiance.black) out.black = exact_gray(irradiance.black->floats(), sensor);
   return out;
 }
 
@@ -91,8 +91,8 @@ class BudgetSums {
     for (std::int64_t pixel = 0; pixel < size; ++pixel) {
       double sum = 0.0;
       for (const std::size_t k : images_)
-        sum += std::pow(static_cast<double>(irradiance.images[k].data[pixel]) -
-                            static_cast<double>(nominal_irradiance_[c].images[k].data[pixel]),
+        sum += std::pow(static_cast<double>(irradiance.images[k][pixel]) -
+                            static_cast<double>(nominal_irradiance_[c].images[k][pixel]),
                         2);
       out_.irradiance[c].data[pixel] += static_cast<float>(sum / static_cast<double>(images_.size()));
     }

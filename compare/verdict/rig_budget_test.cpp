@@ -175,8 +175,8 @@ TEST_F(CalibrationInBudget, IsTheFiniteDifferenceOfOneParameter) {
     CameraImages images =
         render::as_radiance(shared_renderer()->render(rig, 0, render::choose_sampling(rig), 0));
     images.radiance = false;  // gray values without rounding
-    for (ImageF& image : images.images)
-      for (float& value : image.data) value *= 20.0F;
+    for (GrayImage& image : images.images)
+      for (float& value : image.as_floats()) value *= 20.0F;
     return measure::measure(twin_, {images});
   };
   const auto plus = measured(kSteps), minus = measured(-kSteps);

@@ -84,8 +84,8 @@ TEST(States, ACameraWithoutAGainIsNeverAPass) {
   SidesTruth t;
   t.cameras = 2;
   SyntheticSides scene = testing::make_sides(t);
-  for (ImageF& image : scene.real.images[1].images)
-    std::fill(image.data.begin(), image.data.end(), 0.0F);  // it saw nothing
+  for (GrayImage& image : scene.real.images[1].images)
+    std::ranges::fill(image.as_floats(), 0.0F);  // it saw nothing
   const Comparison c = compare(scene.twin, scene.real, scene.simulated, {});
   std::vector<std::string> regions;
   for (const ExplainedRow& row : c.explained)

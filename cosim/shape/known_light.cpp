@@ -26,9 +26,10 @@ constexpr double kLeastLeft = 1e-6;
 
 /// One image of a pitch.
 struct Step {
-  ImageF* image;
-  Complex step;  ///< e^(2 pi i n/N)
-  Complex turn;  ///< the same where its fringes lie
+  GrayImage* image;
+  float* values;  ///< of the image
+  Complex step;   ///< e^(2 pi i n/N)
+  Complex turn;   ///< the same where its fringes lie
   double light = 1.0, exposure = 1.0;
   std::vector<Complex> own = {};     ///< waves of the orders 1, 2 ... that it has besides
   std::vector<Complex> raster = {};  ///< of each wave of the raster: how it is turned in this image
@@ -64,8 +65,8 @@ double lift_clipped(CameraImages& images, const Twin& twin, const Camera& camera
                                     std::min(1.0, factor_of(twin.projector->light_factors, k) / means.light));
   const auto top = static_cast<float>(camera.sensor.black_level_dn +
                                       kMargin * (saturation_dn - camera.sensor.black_level_dn) / darkest);
-  for (ImageF& image : images.images)
-    for (float& v : image.data)
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats())
       if (static_cast<double>(v) >= saturation_dn) v = top;
   images.clip = Clip{static_cast<double>(top), images.clip ? images.clip->n : 0};
   return static_cast<double>(top);
@@ -96,10 +97,11 @@ class KnownPitch {
   }
 
   /// Adds an image of the sequence.
-  void add_image(ImageF* image, int step, std::size_t at) {
+  void add_image(GrayImage* image, int step, std::size_t at) {
     const double phase_rad = kTwoPi * step / twin_.fringes.steps,
                  moved_turns = twin_.projector->image_shift_px(at) / pitch_px_;
     images_.push_back({.image = image,
+                       .values = image->as_floats().data(),
                        .step = std::polar(1.0, phase_rad),
                        .turn = std::polar(1.0, phase_rad - kTwoPi * moved_turns),
                        .light = factor_of(twin_.projector->light_factors, at) / means_.light,
@@ -198,7 +200,7 @@ class KnownPitch {
     const std::size_t n = images_.size();
     std::vector<double> value(n), added(n, 0.0);
     for (std::size_t i = 0; i < n; ++i) {
-      const auto dn = static_cast<double>(images_[i].image->data[pixel]);
+      const auto dn = static_cast<double>(images_[i].values[pixel]);
       if (!(dn < clipped_dn)) return;
       value[i] = (dn - black_dn) / images_[i].exposure;
     }
@@ -218,7 +220,7 @@ class KnownPitch {
         added[i] = amplitude * more_than_plain(images_[i], first, of_all, left, mean_ / of_fringe, raster);
     }
     for (std::size_t i = 0; i < n; ++i)
-      images_[i].image->data[pixel] = static_cast<float>(black_dn + value[i] - added[i]);
+      images_[i].values[pixel] = static_cast<float>(black_dn + value[i] - added[i]);
   }
 
   /// Returns what a step has besides its cosine and the mean, over the amplitude. `left`: seen_of() of

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 
 #include "measure/decode/decode_input.hpp"
@@ -26,6 +27,20 @@ double percentile_999(const ImageF& image) {
   std::ranges::copy_if(image.data, std::back_inserter(values), [](float v) { return std::isfinite(v); });
   return values.empty() ? 0.0 : lower_quantile(values, 0.999);
 }
+
+/// Reads the same pixels of several images as floats, which stay valid until it starts anew.
+class RowsOfImages {
+ public:
+  void start() { used_ = 0; }
+  const float* next(const GrayImage& image, std::size_t first, std::size_t n) {
+    if (used_ == rooms_.size()) rooms_.emplace_back();
+    return image.values(first, n, rooms_[used_++]).data();
+  }
+
+ private:
+  std::deque<std::vector<float>> rooms_;  ///< a deque's elements stay where they are
+  std::size_t used_ = 0;
+};
 
 /// Decodes one direction of one camera: masks, phases, sigma, orders, repair.
 class DirectionDecoder {
@@ -70,6 +85,7 @@ class DirectionDecoder {
     std::vector<float> variance, coordinate_variance, threshold;
     std::vector<PitchRow> pitches;
     GrayRow gray_row;
+    RowsOfImages gray_rows;
     GrayScratch gray;
   };
 
@@ -143,14 +159,14 @@ void DirectionDecoder::code_modulation() {
   ImageF amplitude(width_, height_), mean(width_, height_);
   if (reference) {
     for (std::size_t i = 0; i < mean.size(); ++i) {
-      amplitude.data[i] = 0.5f * (images_.white->data[i] - images_.black->data[i]);
-      mean.data[i] = 0.5f * (images_.white->data[i] + images_.black->data[i]);
+      amplitude.data[i] = 0.5f * ((*images_.white)[i] - (*images_.black)[i]);
+      mean.data[i] = 0.5f * ((*images_.white)[i] + (*images_.black)[i]);
     }
   } else {
     const float share = 0.5f / static_cast<float>(input_.bits.size());
     for (std::size_t b = 0; b < input_.bits.size(); ++b)
       for (std::size_t i = 0; i < mean.size(); ++i) {
-        const float p = input_.bits[b]->data[i], q = input_.inverse[b]->data[i];
+        const float p = (*input_.bits[b])[i], q = (*input_.inverse[b])[i];
         amplitude.data[i] = std::max(amplitude.data[i], 0.5f * std::fabs(p - q));
         mean.data[i] += share * (p + q);
       }
@@ -191,12 +207,15 @@ void DirectionDecoder::decode_code() {
 
 void DirectionDecoder::point_gray_row(int y, RowScratch& scratch) const {
   const std::size_t at = row(y);
-  const auto pointer = [&](const ImageF* image) { return image ? image->data.data() + at : nullptr; };
+  scratch.gray_rows.start();
+  const auto pointer = [&](const GrayImage* image) {
+    return image ? scratch.gray_rows.next(*image, at, static_cast<std::size_t>(width_)) : nullptr;
+  };
   GrayRow& g = scratch.gray_row;
   g.bits.clear();
   g.inverse.clear();
-  for (const ImageF* image : input_.bits) g.bits.push_back(pointer(image));
-  for (const ImageF* image : input_.inverse) g.inverse.push_back(pointer(image));
+  for (const GrayImage* image : input_.bits) g.bits.push_back(pointer(image));
+  for (const GrayImage* image : input_.inverse) g.inverse.push_back(pointer(image));
   g.complementary = pointer(input_.complementary);
   g.complementary_inverse = pointer(input_.complementary_inverse);
   scratch.threshold.resize(width_);
@@ -207,7 +226,7 @@ void DirectionDecoder::point_gray_row(int y, RowScratch& scratch) const {
   } else if (direction_.gray->threshold == GrayCode::Threshold::white_black) {
     for (int x = 0; x < width_; ++x) {
       const std::size_t i = at + x;
-      scratch.threshold[x] = 0.5f * (images_.white->data[i] + images_.black->data[i]);
+      scratch.threshold[x] = 0.5f * ((*images_.white)[i] + (*images_.black)[i]);
     }
   }
 }
@@ -225,11 +244,14 @@ void DirectionDecoder::solve_phases() {
   {
     std::vector<float> maximum(width_);
     std::vector<const float*> rows(steps_.size());
+    RowsOfImages of_images;
 #pragma omp for schedule(static)
     for (int y = 0; y < height_; ++y) {
       const std::size_t at = row(y);
       for (std::size_t p = 0; p < pitches; ++p) {
-        for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = input_.steps[p][i]->data.data() + at;
+        of_images.start();
+        for (std::size_t i = 0; i < rows.size(); ++i)
+          rows[i] = of_images.next(*input_.steps[p][i], at, static_cast<std::size_t>(width_));
         const PhaseRow out{
             .phase_rad = out_.wrapped_rad[p].data.data() + at,
             .amplitude = out_.amplitude_dn[p].data.data() + at,

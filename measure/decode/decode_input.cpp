@@ -15,7 +15,7 @@ void check_decode_input(const CameraImages& images, const Fringes& fringes) {
     throw UserError(ExitCode::input, where,
                     fmt::format("{} images, the fringe sequence has {}", images.images.size(), expected),
                     "make [fringes] describe what was projected");
-  const auto check_size = [&](const ImageF& image, const std::string& name) {
+  const auto check_size = [&](const GrayImage& image, const std::string& name) {
     if (!image.same_size(images.images.front()) || image.empty())
       throw UserError(ExitCode::input, where,
                       fmt::format("image {} is {} x {} px, image 0 is {} x {}", name, image.width,
@@ -39,7 +39,7 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
   const DirectionFringes& d = fringes.directions[direction];
   DirectionImages out;
   if (fringes.steps > 0)
-    out.steps.assign(d.pitches_px.size(), std::vector<const ImageF*>(used_steps.size(), nullptr));
+    out.steps.assign(d.pitches_px.size(), std::vector<const GrayImage*>(used_steps.size(), nullptr));
   if (d.gray) {
     out.bits.assign(d.gray->bits, nullptr);
     if (d.gray->threshold == GrayCode::Threshold::inverse) out.inverse = out.bits;
@@ -48,7 +48,7 @@ DirectionImages collect_direction(const CameraImages& images, const Fringes& fri
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const PatternSpec& s = sequence[i];
     if (s.direction != direction) continue;
-    const ImageF* image = &images.images[i];
+    const GrayImage* image = &images.images[i];
     switch (s.kind) {
       case PatternSpec::Kind::phase_step: {
         const auto used = std::ranges::find(used_steps, s.step);

@@ -10,10 +10,10 @@ namespace fringetwin::measure {
 
 /// Pointers into CameraImages::images; bits MSB first whatever the file order.
 struct DirectionImages {
-  std::vector<std::vector<const ImageF*>> steps;  ///< [pitch][used step]
-  std::vector<const ImageF*> bits, inverse;       ///< inverse empty without pairs
-  const ImageF* complementary = nullptr;
-  const ImageF* complementary_inverse = nullptr;
+  std::vector<std::vector<const GrayImage*>> steps;  ///< [pitch][used step]
+  std::vector<const GrayImage*> bits, inverse;       ///< inverse empty without pairs
+  const GrayImage* complementary = nullptr;
+  const GrayImage* complementary_inverse = nullptr;
 };
 
 /// Throws UserError(input) on a wrong count or differing sizes, UserError(usage) on fringes that cannot

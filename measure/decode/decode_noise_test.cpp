@@ -105,8 +105,8 @@ TEST(DecodeNoise, HarmonicsOfTheProjectorAreNotNoise) {
   CameraImages images = project(f, scene);
   std::mt19937 random(11);
   std::normal_distribution<double> normal(0.0, 1.0);
-  for (ImageF& image : images.images)
-    for (float& v : image.data) {
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats()) {
       const double share = static_cast<double>(v) / 210.0;
       v = static_cast<float>(std::round(210.0 * share * share + normal(random)));
     }
@@ -209,7 +209,7 @@ TEST(DecodeNoise, FringesFinerThanThePixelsLoseTheirModulation) {
   for (std::size_t i = 0; i < images.images.size(); ++i) {
     if (f.directions[0].pitches_px[static_cast<std::size_t>(sequence[i].pitch)] > 16.0) continue;
     for (std::size_t k = 0; k < scene.column_px.size(); ++k)
-      images.images[i].data[k] = static_cast<float>(
+      images.images[i].as_floats()[k] = static_cast<float>(
           std::round(10.0 + 200.0 * testing::bit_average(f, sequence[i], scene.column_px.data[k], 16.0)));
   }
   const CameraDecode d = decode(images, f, projector_of_width(1280));

@@ -73,7 +73,7 @@ TEST(Decode, GrayImagesOfAnotherExposureAreReadByTheirOwnLevel) {
   const std::vector<PatternSpec> patterns = expand_sequence(f);
   for (std::size_t k = 0; k < patterns.size(); ++k)
     if (patterns[k].is_gray())
-      for (float& v : images.images[k].data) v = std::round(0.4f * v);
+      for (float& v : images.images[k].as_floats()) v = std::round(0.4f * v);
   images.gray_code_exposure = 0.4;
   const CameraDecode d = decode(images, f, projector_of_width(1280));
   const DecodeErrors e = decode_errors(d.directions[0], scene.column_px);
@@ -140,8 +140,8 @@ TEST(Decode, SaturatedPixelsAreMasked) {
   FringeScene scene;
   scene.column_px = ramp(300, 4, 0.0, 1279.0);
   CameraImages images = project(f, scene);
-  images.images[5](10, 1) = 255.0f;  // one step of one pitch is enough
-  images.images[5](11, 1) = 254.0f;
+  images.images[5].writable(10, 1) = 255.0f;  // one step of one pitch is enough
+  images.images[5].writable(11, 1) = 254.0f;
   const CameraDecode d = decode(images, f, projector_of_width(1280));
   EXPECT_EQ(d.flags(10, 1), kSaturated);
   EXPECT_TRUE(std::isnan(d.directions[0].wrapped_rad[1](10, 1)));
@@ -160,8 +160,8 @@ TEST(Decode, TwelveBitSaturation) {
   scene.column_px = ramp(64, 2, 0.0, 63.0);
   CameraImages images = project(f, scene);
   images.bit_depth = 12;
-  images.images[0](1, 0) = 255.0f;
-  images.images[0](2, 0) = 4095.0f;
+  images.images[0].writable(1, 0) = 255.0f;
+  images.images[0].writable(2, 0) = 4095.0f;
   const CameraDecode d = decode(images, f, {});
   EXPECT_EQ(d.flags(1, 0), kValid);
   EXPECT_EQ(d.flags(2, 0), kSaturated);
@@ -209,7 +209,7 @@ TEST(Decode, NotANumberInARadianceImageIsInvalid) {
   scene.quantised = false;
   scene.column_px = ramp(100, 4, 0.0, 1279.0);
   CameraImages images = project(f, scene);
-  images.images[2](7, 1) = std::numeric_limits<float>::quiet_NaN();
+  images.images[2].writable(7, 1) = std::numeric_limits<float>::quiet_NaN();
   const CameraDecode d = decode(images, f, projector_of_width(1280));
   EXPECT_NE(d.flags(7, 1), kValid);
   EXPECT_TRUE(std::isnan(d.directions[0].coordinate_px(7, 1)));

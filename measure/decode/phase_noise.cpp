@@ -85,7 +85,7 @@ class StepContrasts {
            const Eigen::VectorXd& expected, std::vector<NoiseValue>& out, Ends& ends) const {
     Steps second(sinusoids_.rows()), mean(sinusoids_.rows());
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
-      const auto& v = in.steps[static_cast<std::size_t>(i)]->data;
+      const GrayImage& v = *in.steps[static_cast<std::size_t>(i)];
       const auto a = static_cast<double>(v[before]), b = static_cast<double>(v[at]),
                  c = static_cast<double>(v[after]);
       second[i] = (a - 2.0 * b + c) / std::sqrt(6.0);
@@ -214,8 +214,8 @@ std::optional<NoiseModel> estimate_noise(const std::vector<NoiseInput>& pitches,
            std::isfinite(in.phase->data[i]);
   };
   const auto is_unlit = [&](const NoiseInput& in, std::size_t i) {
-    return !is_lit(in, i) && std::ranges::all_of(in.steps, [&](const ImageF* step) {
-      return static_cast<double>(step->data[i]) < limits.saturation;
+    return !is_lit(in, i) && std::ranges::all_of(in.steps, [&](const GrayImage* step) {
+      return static_cast<double>((*step)[i]) < limits.saturation;
     });
   };
   std::size_t n = 0, n_lit = 0;

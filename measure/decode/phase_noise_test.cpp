@@ -101,7 +101,7 @@ Ratios ratios_of(const Rig& rig, const std::vector<int>& used = {}) {
   const StepSolver solver(steps, rig.steps);
   std::mt19937_64 random(static_cast<unsigned>(rig.steps));
   std::uniform_real_distribution<double> uniform;
-  std::vector<std::vector<ImageF>> images(3, std::vector<ImageF>(steps.size(), ImageF(width, height)));
+  std::vector<std::vector<GrayImage>> images(3, std::vector<GrayImage>(steps.size(), ImageF(width, height)));
   ImageF amplitude(width, height, 1.0f);
   std::vector<ImageF> phases(3, amplitude);
   std::vector<float> light;
@@ -127,11 +127,11 @@ Ratios ratios_of(const Rig& rig, const std::vector<int>& used = {}) {
           double drawn = rig.black_dn() + dn;
           if (rig.noise) drawn += std::sqrt(rig.variance(drawn) - 1.0 / 12.0) * normals().next();
           if (rig.outlier_share > 0.0 && uniform(random) < rig.outlier_share) drawn += 0.3 * rig.full_dn();
-          images[p][k](x, y) = static_cast<float>(std::round(drawn));
+          images[p][k].writable(x, y) = static_cast<float>(std::round(drawn));
         }
       }
     pitches.push_back({{}, &phases[p], &amplitude});
-    for (const ImageF& image : images[p]) pitches.back().steps.push_back(&image);
+    for (const GrayImage& image : images[p]) pitches.back().steps.push_back(&image);
   }
   const auto model = estimate_noise(pitches, solver, Axis::x,
                                     {.saturation = rig.bits == 8 ? 255.0 : 4095.0, .least = 1.0 / 12.0});
@@ -183,7 +183,7 @@ TEST(PhaseNoise, UnlitPixelsThatClipOrRoundAreLeftOut) {
 TEST(PhaseNoise, ASmallObjectInALargeImageTellsItsNoise) {
   const Rig rig;
   const int width = 2048, height = 1536;
-  std::vector<ImageF> images(4, ImageF(width, height));
+  std::vector<GrayImage> images(4, ImageF(width, height));
   const ImageF ones(width, height, 1.0f);
   ImageF phase(width, height, std::numeric_limits<float>::quiet_NaN());
   for (int y = 700; y < 765; ++y)
@@ -193,12 +193,12 @@ TEST(PhaseNoise, ASmallObjectInALargeImageTellsItsNoise) {
       for (std::size_t k = 0; k < 4; ++k) {
         const double dn = rig.black_dn() +
                           100.0 * (1.0 + 0.9 * std::cos(kTwoPi * (x / 13.0 + 0.25 * static_cast<double>(k))));
-        images[k](x, y) =
+        images[k].writable(x, y) =
             static_cast<float>(std::round(dn + std::sqrt(rig.variance(dn) - 1.0 / 12.0) * normals().next()));
       }
     }
   NoiseInput input{{}, &phase, &ones};
-  for (const ImageF& image : images) input.steps.push_back(&image);
+  for (const GrayImage& image : images) input.steps.push_back(&image);
   const auto model = estimate_noise({input}, StepSolver(all_steps(4), 4), Axis::x,
                                     {.saturation = 255.0, .least = 1.0 / 12.0});
   ASSERT_TRUE(model);

@@ -25,8 +25,11 @@ class PitchPlain {
  public:
   /// `shift_rad`: of each of these steps.
   PitchPlain(const std::vector<int>& steps, int steps_total, const WaveformField& field,
-             const std::vector<double>& shift_rad, std::vector<ImageF*> images)
-      : solver_(steps, steps_total), field_(field), at_first_pixel_(field.at(0)), images_(std::move(images)) {
+             const std::vector<double>& shift_rad, const std::vector<GrayImage*>& images)
+      : solver_(steps, steps_total), field_(field), at_first_pixel_(field.at(0)), images_(images.size()) {
+    std::ranges::transform(images, images_.begin(),
+                           [](GrayImage* image) { return image->as_floats().data(); });
+    n_pixels_ = images.front()->size();
     for (int i = 0; i < solver_.count(); ++i) {
       step_.emplace_back(solver_.basis_cos(i), -solver_.basis_sin(i));
       turn_.push_back(step_.back() * std::polar(1.0, shift_rad[static_cast<std::size_t>(i)]));
@@ -34,7 +37,7 @@ class PitchPlain {
   }
 
   void run(double clipped_dn, double min_amplitude) {
-    const auto n_pixels = static_cast<std::ptrdiff_t>(images_.front()->size());
+    const auto n_pixels = static_cast<std::ptrdiff_t>(n_pixels_);
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t i = 0; i < n_pixels; ++i)
       run_pixel(static_cast<std::size_t>(i), clipped_dn, min_amplitude);
@@ -45,7 +48,7 @@ class PitchPlain {
     double value[kMostSteps], added[kMostSteps] = {};
     const std::size_t n = images_.size();
     for (std::size_t i = 0; i < n; ++i) {
-      value[i] = static_cast<double>(images_[i]->data[pixel]);
+      value[i] = static_cast<double>(images_[i][pixel]);
       if (!(value[i] < clipped_dn)) return;
     }
     Eigen::VectorXd of_pixel;
@@ -60,7 +63,7 @@ class PitchPlain {
         added[i] =
             amplitude * (harmonics_at(at_first * turn_[i], here) + (at_first * (turn_[i] - step_[i])).real());
     }
-    for (std::size_t i = 0; i < n; ++i) images_[i]->data[pixel] = static_cast<float>(value[i] - added[i]);
+    for (std::size_t i = 0; i < n; ++i) images_[i][pixel] = static_cast<float>(value[i] - added[i]);
   }
 
   /// Returns what a waveform has besides its cosine where that has this phase e^it.
@@ -76,8 +79,9 @@ class PitchPlain {
 
   StepSolver solver_;
   const WaveformField& field_;
-  Eigen::VectorXd at_first_pixel_;                 ///< its form
-  std::vector<ImageF*> images_;                    ///< of these steps
+  Eigen::VectorXd at_first_pixel_;  ///< its form
+  std::size_t n_pixels_ = 0;
+  std::vector<float*> images_;                     ///< values of these steps
   std::vector<std::complex<double>> step_, turn_;  ///< e^(i 2 pi n/N), and with the shift of the step
 };
 
@@ -88,8 +92,8 @@ CameraImages with_plain_fringes(CameraImages images, const Fringes& fringes, con
   if (steps.empty()) steps = all_steps(fringes.steps);
   images = with_steady_light(std::move(images), light, options.black_level_dn);
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
-  std::vector<std::vector<ImageF*>> of_pitch;
-  std::vector<std::vector<const ImageF*>> all_of_pitch;
+  std::vector<std::vector<GrayImage*>> of_pitch;
+  std::vector<std::vector<const GrayImage*>> all_of_pitch;
   std::vector<std::vector<double>> shifts, all_shifts;
   for (std::size_t k = 0; k < sequence.size(); ++k) {
     if (sequence[k].kind != PatternSpec::Kind::phase_step) continue;

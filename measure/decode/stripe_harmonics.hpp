@@ -6,12 +6,14 @@
 
 #include "measure/decode/phase.hpp"
 #include "twin/fringes.hpp"
+#include "twin/image/gray_image.hpp"
+#include "twin/image/image.hpp"
 
 namespace fringetwin::measure {
 
 /// One pitch of one direction as the estimator of noise sees it.
 struct NoiseInput {
-  std::vector<const ImageF*> steps;
+  std::vector<const GrayImage*> steps;
   const ImageF* phase = nullptr;  ///< NaN where masked
   const ImageF* amplitude = nullptr;
 };

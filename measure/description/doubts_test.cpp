@@ -104,11 +104,11 @@ TEST(Doubts, NoneAboutAnEighthOfFlickerOrAResponseFarFromLinear) {
   const support::FringeScene s = scene();
   CameraImages images = support::project(f, s);
   for (std::size_t k = 0; k < images.images.size(); ++k)
-    for (float& v : images.images[k].data) v = std::round(v * (k % 2 == 0 ? 0.94f : 1.06f));
+    for (float& v : images.images[k].as_floats()) v = std::round(v * (k % 2 == 0 ? 0.94f : 1.06f));
   EXPECT_THAT(told(images, f, s, true).sentences, IsEmpty());
   images = support::project(f, s);
-  for (ImageF& image : images.images)
-    for (float& v : image.data) v = std::round(210.0f * std::pow(v / 210.0f, 1.6f));
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats()) v = std::round(210.0f * std::pow(v / 210.0f, 1.6f));
   EXPECT_THAT(told(images, f, s, true).sentences, IsEmpty());
 }
 
@@ -222,9 +222,9 @@ TEST(Doubts, CodesDescribedWrongly) {
 void spoil(CameraImages& images, double share) {
   std::mt19937 random(11);
   std::uniform_real_distribution<float> gray(20.0f, 200.0f);
-  for (ImageF& image : images.images)
+  for (GrayImage& image : images.images)
     for (int y = 0; y < image.height; ++y)
-      for (int x = 0; x < static_cast<int>(share * image.width); ++x) image(x, y) = gray(random);
+      for (int x = 0; x < static_cast<int>(share * image.width); ++x) image.writable(x, y) = gray(random);
 }
 
 // A code as SLStudio and others show it: its bits change where the fringes wrap, and the last one halves the
@@ -267,7 +267,7 @@ TEST(Doubts, AComplementaryBitThatIsShownInverted) {
     const std::vector<PatternSpec> sequence = expand_sequence(f);
     for (std::size_t i = 0; i < sequence.size(); ++i)
       if (sequence[i].is_complementary())
-        for (float& v : images.images[i].data) v = static_cast<float>(s.black_dn + s.white_dn) - v;
+        for (float& v : images.images[i].as_floats()) v = static_cast<float>(s.black_dn + s.white_dn) - v;
     EXPECT_THAT(told(images, f, s, false).all(), HasSubstr("the complementary bit inverted would leave"));
   }
 }

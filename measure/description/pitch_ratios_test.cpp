@@ -40,8 +40,8 @@ support::FringeScene scene() {
 DirectionDecode decode_scene(const Fringes& shown, const Fringes& stated, const support::FringeScene& s,
                              double gamma) {
   CameraImages images = support::project(shown, s);
-  for (ImageF& image : images.images)
-    for (float& v : image.data)
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats())
       if (gamma != 1.0) v = std::round(210.0f * std::pow(v / 210.0f, static_cast<float>(gamma)));
   return decode(images, stated, support::projector_of_width(800.0)).directions.at(0);
 }

@@ -169,11 +169,11 @@ void Readings::late_and_early() {
 /// Returns the step that `place` should show, from the other steps of its pitch and the mean of another
 /// pitch: the steps of a pitch add up to N times the mean, which does not depend on the pitch. Empty where
 /// the sequence has no such images.
-ImageF missing_step(const std::vector<const ImageF*>& images, const std::vector<PatternSpec>& sequence,
+ImageF missing_step(const std::vector<const GrayImage*>& images, const std::vector<PatternSpec>& sequence,
                     int steps, std::size_t place) {
   const PatternSpec& missing = sequence[place];
   if (missing.kind != PatternSpec::Kind::phase_step) return {};
-  std::vector<const ImageF*> others, whole;
+  std::vector<const GrayImage*> others, whole;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const PatternSpec& p = sequence[i];
     if (!images[i] || p.kind != PatternSpec::Kind::phase_step || p.direction != missing.direction) continue;
@@ -184,21 +184,20 @@ ImageF missing_step(const std::vector<const ImageF*>& images, const std::vector<
   const float share = static_cast<float>(steps) / static_cast<float>(whole.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
     float sum = 0.0f;
-    for (const ImageF* image : whole) sum += share * image->data[i];
-    for (const ImageF* image : others) sum -= image->data[i];
+    for (const GrayImage* image : whole) sum += share * (*image)[i];
+    for (const GrayImage* image : others) sum -= (*image)[i];
     out.data[i] = sum;
   }
   return out;
 }
 
 /// Returns one of the images with the bright and the dark ones of each pixel exchanged.
-ImageF negative(const std::vector<ImageF>& images, std::size_t which) {
-  ImageF out = images[which];
+ImageF negative(const std::vector<GrayImage>& images, std::size_t which) {
+  ImageF out = images[which].floats();
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const auto [dark, bright] =
-        std::minmax_element(images.begin(), images.end(),
-                            [i](const ImageF& a, const ImageF& b) { return a.data[i] < b.data[i]; });
-    out.data[i] = dark->data[i] + bright->data[i] - out.data[i];
+    const auto [dark, bright] = std::minmax_element(
+        images.begin(), images.end(), [i](const GrayImage& a, const GrayImage& b) { return a[i] < b[i]; });
+    out.data[i] = (*dark)[i] + (*bright)[i] - out.data[i];
   }
   return out;
 }
@@ -224,7 +223,7 @@ std::vector<Reading> other_readings(const Fringes& fringes) {
 
 CameraImages read_as(const CameraImages& images, const Reading& reading) {
   const std::vector<PatternSpec> sequence = expand_sequence(reading.fringes);
-  std::vector<const ImageF*> chosen;
+  std::vector<const GrayImage*> chosen;
   std::vector<bool> used(images.images.size(), false);
   for (const int image : reading.image_of) {
     chosen.push_back(image == kNotRecorded ? nullptr : &images.images[image]);

@@ -36,9 +36,11 @@ ImageF worst_residual(const CameraImages& images, const Fringes& fringes) {
   const std::vector<int> steps = all_steps(fringes);
   const StepSolver solver(steps, fringes.steps);
   std::vector<const float*> rows(steps.size());
+  std::vector<std::vector<float>> rooms(steps.size());
   for (std::size_t d = 0; d < fringes.directions.size(); ++d)
     for (const auto& pitch : collect_direction(images, fringes, static_cast<int>(d), steps).steps) {
-      for (std::size_t n = 0; n < rows.size(); ++n) rows[n] = pitch[n]->data.data();
+      for (std::size_t n = 0; n < rows.size(); ++n)
+        rows[n] = pitch[n]->values(0, worst.size(), rooms[n]).data();
       PhaseRow out;
       out.phase_rad = phase.data.data(), out.amplitude = amplitude.data.data(),
       out.residual = residual.data.data();

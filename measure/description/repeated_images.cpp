@@ -14,12 +14,12 @@ constexpr double kSame = 0.35;
 constexpr std::uint64_t kFewest = 200;  ///< pixels
 
 /// Returns the rms difference of two images over the chosen pixels, after one factor for the light.
-double rms_difference(const ImageF& a, const ImageF& b, const ImageU8& chosen) {
+double rms_difference(const GrayImage& a, const GrayImage& b, const ImageU8& chosen) {
   double aa = 0.0, ab = 0.0, bb = 0.0;
   std::uint64_t n = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (chosen.data[i] == 0) continue;
-    const auto x = static_cast<double>(a.data[i]), y = static_cast<double>(b.data[i]);
+    const auto x = static_cast<double>(a[i]), y = static_cast<double>(b[i]);
     aa += x * x, ab += x * y, bb += y * y;
     ++n;
   }
@@ -29,15 +29,15 @@ double rms_difference(const ImageF& a, const ImageF& b, const ImageU8& chosen) {
 
 /// Returns the rms of half of the range of gray values of the chosen pixels over the images: about the
 /// fringe's amplitude.
-double rms_amplitude(const std::vector<const ImageF*>& images, const ImageU8& chosen) {
+double rms_amplitude(const std::vector<const GrayImage*>& images, const ImageU8& chosen) {
   double sum = 0.0;
   std::uint64_t n = 0;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     if (chosen.data[i] == 0) continue;
     const auto [low, high] =
         std::minmax_element(images.begin(), images.end(),
-                            [i](const ImageF* a, const ImageF* b) { return a->data[i] < b->data[i]; });
-    sum += std::pow(0.5 * static_cast<double>((*high)->data[i] - (*low)->data[i]), 2);
+                            [i](const GrayImage* a, const GrayImage* b) { return (*a)[i] < (*b)[i]; });
+    sum += std::pow(0.5 * static_cast<double>((**high)[i] - (**low)[i]), 2);
     ++n;
   }
   return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0.0;
@@ -52,7 +52,7 @@ std::vector<std::pair<int, int>> repeated_images(const CameraImages& images, con
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
   for (int direction = 0; direction < static_cast<int>(fringes.directions.size()); ++direction) {
     std::vector<int> numbers;
-    std::vector<const ImageF*> shown;
+    std::vector<const GrayImage*> shown;
     for (std::size_t i = 0; i < sequence.size(); ++i)
       if (sequence[i].kind == PatternSpec::Kind::phase_step && sequence[i].direction == direction) {
         numbers.push_back(static_cast<int>(i));

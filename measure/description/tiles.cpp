@@ -15,10 +15,10 @@ constexpr int kStride = 2;      ///< px: of the pixels that are counted to choos
 
 /// Returns whether the fringes reach pixel i.
 bool reached(const CameraImages& images, std::size_t i, double min_modulation_dn) {
-  float low = images.images.front().data[i], high = low;
-  for (const ImageF& image : images.images) {
-    low = std::min(low, image.data[i]);
-    high = std::max(high, image.data[i]);
+  float low = images.images.front()[i], high = low;
+  for (const GrayImage& image : images.images) {
+    low = std::min(low, image[i]);
+    high = std::max(high, image[i]);
   }
   return static_cast<double>(high - low) >= 2.0 * min_modulation_dn &&
          static_cast<double>(high) < images.saturation_dn();
@@ -27,7 +27,7 @@ bool reached(const CameraImages& images, std::size_t i, double min_modulation_dn
 }  // namespace
 
 Tiles::Tiles(const CameraImages& images, double min_modulation_dn) {
-  const ImageF& first = images.images.front();
+  const GrayImage& first = images.images.front();
   struct Counted {
     Corner corner;
     int n = 0;
@@ -58,8 +58,8 @@ Tiles Tiles::only(std::size_t k) const {
   return one;
 }
 
-template <class T>
-Image<T> Tiles::cut(const Image<T>& image, T gap) const {
+template <class T, class AnyImage>
+Image<T> Tiles::cut_from(const AnyImage& image, T gap) const {
   const int across = std::min(kMostAcross, static_cast<int>(corners_.size()));
   const int down = (static_cast<int>(corners_.size()) + across - 1) / across;
   constexpr int kPitch = kSide + kGap;
@@ -67,21 +67,22 @@ Image<T> Tiles::cut(const Image<T>& image, T gap) const {
   for (std::size_t k = 0; k < corners_.size(); ++k) {
     const int x0 = static_cast<int>(k) % across * kPitch, y0 = static_cast<int>(k) / across * kPitch;
     for (int y = 0; y < kSide; ++y)
-      std::copy_n(&image(corners_[k].x, corners_[k].y + y), kSide, &out(x0, y0 + y));
+      for (int x = 0; x < kSide; ++x) out(x0 + x, y0 + y) = image(corners_[k].x + x, corners_[k].y + y);
   }
   return out;
 }
-template Image<float> Tiles::cut(const Image<float>&, float) const;
-template Image<double> Tiles::cut(const Image<double>&, double) const;
+
+ImageF Tiles::cut(const ImageF& image, float gap) const { return cut_from<float>(image, gap); }
+ImageD Tiles::cut(const ImageD& image, double gap) const { return cut_from<double>(image, gap); }
 
 CameraImages Tiles::cut(const CameraImages& images) const {
   CameraImages out{.camera = images.camera,
                    .bit_depth = images.bit_depth,
                    .radiance = images.radiance,
                    .gray_code_exposure = images.gray_code_exposure};
-  for (const ImageF& image : images.images) out.images.push_back(cut(image, 0.0f));
-  if (images.white) out.white = cut(*images.white, 0.0f);
-  if (images.black) out.black = cut(*images.black, 0.0f);
+  for (const GrayImage& image : images.images) out.images.push_back(cut_from<float>(image, 0.0f));
+  if (images.white) out.white = cut_from<float>(*images.white, 0.0f);
+  if (images.black) out.black = cut_from<float>(*images.black, 0.0f);
   return out;
 }
 

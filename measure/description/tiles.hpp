@@ -21,11 +21,13 @@ class Tiles {
   /// Returns the tiles of all images, white and black ones included. Between the tiles stands `gap`.
   CameraImages cut(const CameraImages& images) const;
   /// Returns the tiles of one image; `gap` between them.
-  template <class T>
-  Image<T> cut(const Image<T>& image, T gap) const;
+  ImageF cut(const ImageF& image, float gap) const;
+  ImageD cut(const ImageD& image, double gap) const;
 
  private:
   Tiles() = default;
+  template <class T, class AnyImage>
+  Image<T> cut_from(const AnyImage& image, T gap) const;
   struct Corner {
     int x = 0, y = 0;
   };

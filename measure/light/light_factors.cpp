@@ -39,7 +39,7 @@ constexpr double kDiffer = 4.0;  ///< standard errors
 struct PitchSteps {
   bool is_finest = false;  ///< of its direction
   std::vector<std::size_t> index = {};
-  std::vector<const ImageF*> image = {};
+  std::vector<const GrayImage*> image = {};
 };
 
 std::vector<PitchSteps> pitches_of(const CameraImages& images, const Fringes& fringes) {
@@ -132,8 +132,8 @@ class PitchLight {
   const Chosen& chosen() const { return chosen_; }
   /// Returns whether no value of a pixel is clipped, at either end.
   bool is_whole(std::size_t pixel, double saturation) const {
-    return std::ranges::all_of(pitch_.image, [&](const ImageF* image) {
-      return static_cast<double>(image->data[pixel]) < saturation && image->data[pixel] > 0.0F;
+    return std::ranges::all_of(pitch_.image, [&](const GrayImage* image) {
+      return static_cast<double>((*image)[pixel]) < saturation && (*image)[pixel] > 0.0F;
     });
   }
   /// Returns the mean of a pixel over black with a steady light.
@@ -158,13 +158,12 @@ class PitchLight {
   }
   void read(std::size_t pixel, Eigen::VectorXd& values) const {
     for (Eigen::Index k = 0; k < values.size(); ++k)
-      values[k] =
-          per_factor_[k] * (static_cast<double>(pitch_.image[static_cast<std::size_t>(k)]->data[pixel]) -
-                            options_.black_level_dn);
+      values[k] = per_factor_[k] * (static_cast<double>((*pitch_.image[static_cast<std::size_t>(k)])[pixel]) -
+                                    options_.black_level_dn);
   }
 
   void choose(double saturation) {
-    const ImageF& size = *pitch_.image.front();
+    const GrayImage& size = *pitch_.image.front();
     const double products = static_cast<double>(steps_.count()) * steps_.unknowns();
     const auto most = std::clamp(static_cast<std::size_t>(kMostProducts / products), 10 * kFewestLightPixels,
                                  kMostLightPixels);
@@ -517,7 +516,7 @@ CameraImages with_steady_light(CameraImages images, const LightFactors& light, d
   for (std::size_t i = 0; i < images.images.size(); ++i) {
     const auto divisor = static_cast<float>(1.0 / light.factor[i]),
                black = static_cast<float>(black_level_dn);
-    for (float& v : images.images[i].data)
+    for (float& v : images.images[i].as_floats())
       v = static_cast<double>(v) >= saturation ? clipped : black + divisor * (v - black);
   }
   if (!images.radiance) images.clip = Clip{static_cast<double>(clipped), images.clip ? images.clip->n : 0};

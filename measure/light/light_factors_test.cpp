@@ -219,11 +219,11 @@ TEST(LightFactors, LevelsOfOneBlockHaveNoStandardError) {
   const Fringes fringes = fringes_of(6, {13.0, 17.0});
   Scene scene{.width = 640, .height = 8};
   CameraImages images = record(scene, fringes, flicker(12, 6), 3);
-  for (ImageF& image : images.images) {
+  for (GrayImage& image : images.images) {
     ImageF lit(scene.width, scene.height, static_cast<float>(scene.black_dn));
     for (int y = 0; y < scene.height; ++y)
       for (int x = 0; x < kLit; ++x) lit(x, y) = image(200 + x, y);
-    image = lit;
+    image = std::move(lit);
   }
   const auto found = estimate_light(images, fringes, of(scene));
   ASSERT_TRUE(found);
@@ -300,8 +300,8 @@ TEST(LightFactors, AreTakenOutAndClipsStay) {
   std::size_t n_clipped = 0;
   for (std::size_t k = 0; k < 4; ++k)
     for (std::size_t i = 0; i < images.images[k].size(); ++i) {
-      const auto before = static_cast<double>(images.images[k].data[i]),
-                 after = static_cast<double>(steady.images[k].data[i]);
+      const auto before = static_cast<double>(images.images[k][i]),
+                 after = static_cast<double>(steady.images[k][i]);
       ASSERT_EQ(before >= images.saturation_dn(), after >= steady.saturation_dn());
       if (before >= images.saturation_dn())
         ++n_clipped;

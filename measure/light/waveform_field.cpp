@@ -72,7 +72,7 @@ FieldChange solved_field(const FieldSums& s, Eigen::Index n) {
 /// Fits the field.
 class WaveformFieldFit {
  public:
-  WaveformFieldFit(WaveformField& field, const std::vector<const ImageF*>& images,
+  WaveformFieldFit(WaveformField& field, const std::vector<const GrayImage*>& images,
                    const std::vector<double>& shift_rad, const LightOptions& options, double clipped_dn)
       : field_(field),
         images_(images),
@@ -118,7 +118,7 @@ class WaveformFieldFit {
   /// Reads a pixel's steps over black; returns whether none of them is clipped.
   bool read(std::size_t pixel, Eigen::VectorXd& values) const {
     for (Eigen::Index k = 0; k < values.size(); ++k) {
-      const auto dn = static_cast<double>(images_[static_cast<std::size_t>(k)]->data[pixel]);
+      const auto dn = static_cast<double>((*images_[static_cast<std::size_t>(k)])[pixel]);
       if (!(dn < clipped_dn_) || !(dn > 0.0)) return false;
       values[k] = dn - options_.black_level_dn;
     }
@@ -283,7 +283,7 @@ class WaveformFieldFit {
   }
 
   WaveformField& field_;
-  const std::vector<const ImageF*>& images_;
+  const std::vector<const GrayImage*>& images_;
   const LightOptions& options_;
   double clipped_dn_;
   LightSteps steps_;
@@ -293,7 +293,7 @@ class WaveformFieldFit {
   double most_squares_ = std::numeric_limits<double>::infinity();
 };
 
-WaveformField::WaveformField(const std::vector<const ImageF*>& images, const std::vector<double>& waveform,
+WaveformField::WaveformField(const std::vector<const GrayImage*>& images, const std::vector<double>& waveform,
                              const std::vector<double>& shift_rad, const LightOptions& options,
                              double clipped_dn)
     : width_(images.front()->width),

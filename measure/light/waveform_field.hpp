@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "measure/light/light_factors.hpp"
-#include "twin/image/image.hpp"
+#include "twin/image/gray_image.hpp"
 
 namespace fringetwin::measure {
 
@@ -20,7 +20,7 @@ class WaveformField {
   /// amplitude and its phase, and the weight of its noise. `images`, `shift_rad`: of all steps of the pitch,
   /// in steady light. `waveform`: of LightFactors, the form where it is the same all over. Any number of
   /// threads gives the same.
-  WaveformField(const std::vector<const ImageF*>& images, const std::vector<double>& waveform,
+  WaveformField(const std::vector<const GrayImage*>& images, const std::vector<double>& waveform,
                 const std::vector<double>& shift_rad, const LightOptions& options, double clipped_dn);
 
   bool varies() const { return of_term_.cols() > 1; }

@@ -30,10 +30,10 @@ std::pair<double, double> place(int x, int y) {
   return {2.0 * (x + 0.5) / kWidth - 1.0, 2.0 * (y + 0.5) / kHeight - 1.0};
 }
 
-std::vector<ImageF> recorded(const Form& form, double noise_dn) {
+std::vector<GrayImage> recorded(const Form& form, double noise_dn) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0.0, 1.0);
-  std::vector<ImageF> out;
+  std::vector<GrayImage> out;
   for (int n = 0; n < kSteps; ++n) {
     ImageF image(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y)
@@ -51,10 +51,10 @@ std::vector<ImageF> recorded(const Form& form, double noise_dn) {
   return out;
 }
 
-WaveformField field_of(const std::vector<ImageF>& images,
+WaveformField field_of(const std::vector<GrayImage>& images,
                        const std::vector<double>& given = std::vector<double>(12, 0.0)) {
-  std::vector<const ImageF*> of_steps;
-  for (const ImageF& image : images) of_steps.push_back(&image);
+  std::vector<const GrayImage*> of_steps;
+  for (const GrayImage& image : images) of_steps.push_back(&image);
   const LightOptions options{.black_level_dn = kBlack, .variance_offset_dn2 = 0.25};
   return {of_steps, given, std::vector<double>(kSteps, 0.0), options, 255.0};
 }
@@ -116,11 +116,11 @@ TEST(WaveformField, IsThatOfTheLitPart) {
   const Form form = [](double u, double v) {
     return std::pair{0.02 + 0.05 * (u - 0.4) * (u - 0.8) * v, 0.0};
   };
-  std::vector<ImageF> images = recorded(form, 0.0);
-  for (ImageF& image : images)
+  std::vector<GrayImage> images = recorded(form, 0.0);
+  for (GrayImage& image : images)
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x)
-        if (x < 110 || y < 80) image(x, y) = static_cast<float>(kBlack);
+        if (x < 110 || y < 80) image.writable(x, y) = static_cast<float>(kBlack);
   const WaveformField field = field_of(images);
   const auto [u, v] = place(150, 120);
   EXPECT_NEAR(field.at(120 * kWidth + 150)[6], form(u, v).first, 2e-5);
@@ -129,7 +129,7 @@ TEST(WaveformField, IsThatOfTheLitPart) {
 
 TEST(WaveformField, IsTheSameWithAnyNumberOfThreads) {
   const Form form = [](double u, double v) { return std::pair{0.02 + 0.03 * u * u * u, 0.01 * v}; };
-  const std::vector<ImageF> images = recorded(form, 0.5);
+  const std::vector<GrayImage> images = recorded(form, 0.5);
   const int before = omp_get_max_threads();
   omp_set_num_threads(1);
   const Eigen::VectorXd alone = field_of(images).at(777);
@@ -140,9 +140,9 @@ TEST(WaveformField, IsTheSameWithAnyNumberOfThreads) {
 }
 
 TEST(WaveformField, IsTheOneGivenWhereTooLittleIsLit) {
-  std::vector<ImageF> dark = recorded([](double, double) { return std::pair{0.02, 0.0}; }, 0.0);
-  for (ImageF& image : dark)
-    for (std::size_t i = 1000; i < image.size(); ++i) image.data[i] = static_cast<float>(kBlack);
+  std::vector<GrayImage> dark = recorded([](double, double) { return std::pair{0.02, 0.0}; }, 0.0);
+  for (GrayImage& image : dark)
+    for (std::size_t i = 1000; i < image.size(); ++i) image.as_floats()[i] = static_cast<float>(kBlack);
   const std::vector<double> given{0.01, 0.0, 0.0, -0.02, 0.0, 0.0, 0.005, 0.0, 0.0, 0.0, 0.0, 0.001};
   const WaveformField field = field_of(dark, given);
   EXPECT_FALSE(field.varies());

@@ -9,9 +9,10 @@ namespace fringetwin::render {
 namespace {
 
 /// Returns the product of the slopes along one axis. `reach`: pixels to the nearer border.
-double moment_along(const ImageF& factor, const ImageF& image, std::size_t i, std::size_t distance,
+template <class AnyImage>
+double moment_along(const ImageF& factor, const AnyImage& image, std::size_t i, std::size_t distance,
                     int reach) {
-  const auto tells = [&](std::size_t k) { return factor.data[k] > 0.0F && image.data[k] > 0.0F; };
+  const auto tells = [&](std::size_t k) { return factor[k] > 0.0F && image[k] > 0.0F; };
   if (reach < 1 || !tells(i) || !tells(i - distance) || !tells(i + distance)) return 0.0;
   const bool is_wide = reach > 1 && tells(i - 2 * distance) && tells(i + 2 * distance);
   return slope_along(factor, i, distance, is_wide) * slope_along(image, i, distance, is_wide);
@@ -19,20 +20,26 @@ double moment_along(const ImageF& factor, const ImageF& image, std::size_t i, st
 
 }  // namespace
 
-double slope_along(const ImageF& image, std::size_t i, std::size_t distance, bool is_wide) {
+template <class AnyImage>
+double slope_along(const AnyImage& image, std::size_t i, std::size_t distance, bool is_wide) {
   const auto difference = [&](std::size_t far) {
-    return static_cast<double>(image.data[i + far]) - static_cast<double>(image.data[i - far]);
+    return static_cast<double>(image[i + far]) - static_cast<double>(image[i - far]);
   };
   return is_wide ? (8.0 * difference(distance) - difference(2 * distance)) / 12.0
                  : 0.5 * difference(distance);
 }
 
-double texture_moment(const ImageF& factor, const ImageF& image, int x, int y) {
+template <class AnyImage>
+double texture_moment(const ImageF& factor, const AnyImage& image, int x, int y) {
   const std::size_t i = image.index(x, y);
   return moment_along(factor, image, i, 1, std::min(x, image.width - 1 - x)) +
          moment_along(factor, image, i, static_cast<std::size_t>(image.width),
                       std::min(y, image.height - 1 - y));
 }
+template double slope_along(const ImageF&, std::size_t, std::size_t, bool);
+template double slope_along(const GrayImage&, std::size_t, std::size_t, bool);
+template double texture_moment(const ImageF&, const ImageF&, int, int);
+template double texture_moment(const ImageF&, const GrayImage&, int, int);
 
 void apply_pixel_texture(const PixelTexture& texture, double spread_px, double exposure, ImageF& image) {
   if (spread_px == 0.0 || texture.factor.empty()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
@@ -198,17 +199,20 @@ CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::s
   const auto number = static_cast<std::uint32_t>(camera_index);
   CameraImages out{.camera = rendered.camera, .bit_depth = camera.sensor.bit_depth};
   out.images.reserve(rendered.irradiance.size());
+  const auto exposed = [&](const ImageF& irradiance, std::uint32_t image) {
+    return GrayImage::packed(expose(irradiance, camera.sensor, seed, number, image));
+  };
   for (std::size_t i = 0; i < rendered.irradiance.size(); ++i)
-    out.images.push_back(
-        expose(rendered.irradiance[i], camera.sensor, seed, number, static_cast<std::uint32_t>(i)));
-  if (rendered.white) out.white = expose(*rendered.white, camera.sensor, seed, number, kWhiteImage);
-  if (rendered.black) out.black = expose(*rendered.black, camera.sensor, seed, number, kBlackImage);
+    out.images.push_back(exposed(rendered.irradiance[i], static_cast<std::uint32_t>(i)));
+  if (rendered.white) out.white = exposed(*rendered.white, kWhiteImage);
+  if (rendered.black) out.black = exposed(*rendered.black, kBlackImage);
   return out;
 }
 
 CameraImages as_radiance(RenderedCamera rendered) {
   CameraImages out{.camera = std::move(rendered.camera),
-                   .images = std::move(rendered.irradiance),
+                   .images = {std::make_move_iterator(rendered.irradiance.begin()),
+                              std::make_move_iterator(rendered.irradiance.end())},
                    .white = std::move(rendered.white),
                    .black = std::move(rendered.black),
                    .radiance = true};

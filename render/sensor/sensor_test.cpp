@@ -311,16 +311,17 @@ TEST(Expose, AWholeCamera) {
   EXPECT_EQ(images.bit_depth, 10);
   EXPECT_FALSE(images.radiance);
   ASSERT_EQ(images.images.size(), 2u);
-  EXPECT_EQ(images.images[1].data, expose(rendered.irradiance[1], camera.sensor, 9, 1, 1).data);
+  EXPECT_EQ(images.images[1].floats().data, expose(rendered.irradiance[1], camera.sensor, 9, 1, 1).data);
   ASSERT_TRUE(images.white && images.black);
-  EXPECT_NE(images.white->data, expose(*rendered.white, camera.sensor, 9, 1, 0).data);  // its own noise
+  EXPECT_NE(images.white->floats().data,
+            expose(*rendered.white, camera.sensor, 9, 1, 0).data);  // its own noise
 }
 
 TEST(Expose, RadianceKeepsEveryBit) {
   const RenderedCamera rendered = small_rendering();
   const CameraImages images = as_radiance(rendered);
   EXPECT_TRUE(images.radiance);
-  EXPECT_EQ(images.images[0].data, rendered.irradiance[0].data);
+  EXPECT_EQ(images.images[0].floats().data, rendered.irradiance[0].data);
   EXPECT_TRUE(std::isinf(images.saturation_dn()));
 }
 

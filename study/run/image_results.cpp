@@ -40,12 +40,12 @@ double share(std::size_t part, std::size_t whole) {
 double saturated(const Image<std::int32_t>& object, const CameraImages& images) {
   const auto limit = static_cast<float>(images.saturation_dn());
   std::vector<unsigned char> full(object.size());
-  const auto add = [&](const ImageF& image) {
+  const auto add = [&](const GrayImage& image) {
     FT_CHECK(image.size() == full.size(), "images of one camera");
     for (std::size_t i = 0; i < full.size(); ++i)
-      full[i] |= static_cast<unsigned char>(image.data[i] >= limit ? 1 : 0);
+      full[i] |= static_cast<unsigned char>(image[i] >= limit ? 1 : 0);
   };
-  for (const ImageF& image : images.images) add(image);
+  for (const GrayImage& image : images.images) add(image);
   if (images.white) add(*images.white);
   std::size_t seen = 0, n = 0;
   for (std::size_t i = 0; i < full.size(); ++i) {

@@ -69,11 +69,11 @@ TEST(ImageResults, SaturatedCountsPixelsOfObjectsOnce) {
   Case c;
   EXPECT_EQ(c.at("images.left.saturated"), 0.0);
   EXPECT_TRUE(std::isnan(c.at("images.right.saturated"))) << "it sees nothing";
-  c.images[0].images[3].data[1] = 255.0F;
-  c.images[0].images[7].data[1] = 255.0F;  // the same pixel
-  c.images[0].images[7].data[6] = 255.0F;
-  c.images[0].images[7].data[7] = 255.0F;  // of no object
-  c.images[0].images[7].data[0] = 254.0F;
+  c.images[0].images[3].as_floats()[1] = 255.0F;
+  c.images[0].images[7].as_floats()[1] = 255.0F;  // the same pixel
+  c.images[0].images[7].as_floats()[6] = 255.0F;
+  c.images[0].images[7].as_floats()[7] = 255.0F;  // of no object
+  c.images[0].images[7].as_floats()[0] = 254.0F;
   EXPECT_NEAR(c.at("images.left.saturated"), 2.0 / 5.0, 1e-12);
   c.images[0].white = ImageF(4, 2, 255.0F);
   EXPECT_EQ(c.at("images.left.saturated"), 1.0);

@@ -84,9 +84,11 @@ void remove_later_images(const fs::path& dir, const std::string& camera, int fir
 void write_all(const fs::path& dir, const CameraImages& images, const char* extension,
                const std::function<void(const fs::path&, const ImageF&)>& write) {
   const int n = static_cast<int>(images.images.size());
-  for_each_parallel(n, [&](int i) { write(image_file(dir, images.camera, i, extension), images.images[i]); });
-  if (images.white) write(dir / images.camera / fmt::format("white.{}", extension), *images.white);
-  if (images.black) write(dir / images.camera / fmt::format("black.{}", extension), *images.black);
+  for_each_parallel(n, [&](int i) {
+    write(image_file(dir, images.camera, i, extension), images.images[static_cast<std::size_t>(i)].floats());
+  });
+  if (images.white) write(dir / images.camera / fmt::format("white.{}", extension), images.white->floats());
+  if (images.black) write(dir / images.camera / fmt::format("black.{}", extension), images.black->floats());
   remove_later_images(dir, images.camera, n, extension);
 }
 
@@ -100,7 +102,7 @@ LoadedImages load_images(const CaptureCamera& source, const std::function<ImageF
     if (is_exr_name(file) != radiance)
       throw UserError(ExitCode::input, file.string(),
                       "a capture set has either EXR images (irradiance) or gray images, not both");
-    return load(file);
+    return GrayImage::packed(load(file));
   };
   LoadedImages loaded;
   loaded.images.resize(source.files.size());

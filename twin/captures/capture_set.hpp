@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "twin/fringes.hpp"
+#include "twin/image/gray_image.hpp"
 #include "twin/image/image.hpp"
 #include "twin/image/image_io.hpp"
 #include "twin/twin.hpp"
@@ -45,8 +46,8 @@ struct Clip {
 /// One camera's images in memory, sequence order, in DN (or irradiance for EXR sets).
 struct CameraImages {
   std::string camera = {};
-  std::vector<ImageF> images = {};
-  std::optional<ImageF> white = {}, black = {};
+  std::vector<GrayImage> images = {};  ///< whole numbers in as few bytes as hold them
+  std::optional<GrayImage> white = {}, black = {};
   int bit_depth = 8;
   bool radiance = false;  ///< EXR: value = E, no saturation, no quantisation
   std::optional<double> gray_code_exposure = {};

@@ -120,9 +120,9 @@ TEST_F(CaptureSetTest, WhatIsWrittenComesBack) {
     EXPECT_EQ(set.provenance.at("a.b"), "quote \" \\ \n");
     const CameraImages back = load_camera_images(set, make_camera("left", bit_depth), make_fringes(5));
     ASSERT_EQ(back.images.size(), 5u);
-    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(back.images[i].data, left.images[i].data);
-    EXPECT_EQ(back.white->data, left.white->data);
-    EXPECT_EQ(back.black->data, left.black->data);
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(back.images[i].floats().data, left.images[i].floats().data);
+    EXPECT_EQ(back.white->floats().data, left.white->floats().data);
+    EXPECT_EQ(back.black->floats().data, left.black->floats().data);
     EXPECT_EQ(back.gray_code_exposure, 2.5);
     EXPECT_EQ(back.bit_depth, bit_depth);
     EXPECT_EQ(back.saturation_dn(), (1 << bit_depth) - 1);
@@ -133,16 +133,16 @@ TEST_F(CaptureSetTest, WhatIsWrittenComesBack) {
 
 TEST_F(CaptureSetTest, RadianceKeepsEveryBitAlsoFromASubFolder) {
   CameraImages images = make_images("left", 3);
-  for (ImageF& image : images.images)
-    for (float& v : image.data) v = std::sqrt(v) * 0.1f;
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats()) v = std::sqrt(v) * 0.1f;
   images.radiance = true;
   images.white = images.images[0];
   write_camera_radiance(folder_, images);
   write_capture_toml(folder_ / "radiance", {&images}, {}, "exr", "..");
   const CaptureSet set = read_capture_set(folder_ / "radiance", 3);
   const CameraImages back = load_camera_images(set, make_camera("left"), make_fringes(3));
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(back.images[i].data, images.images[i].data);
-  EXPECT_EQ(back.white->data, images.white->data);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(back.images[i].floats().data, images.images[i].floats().data);
+  EXPECT_EQ(back.white->floats().data, images.white->floats().data);
   EXPECT_TRUE(back.radiance);
   EXPECT_TRUE(std::isinf(back.saturation_dn()));
   EXPECT_EQ(read_exr(folder_ / "left" / "0000.exr").front().first, "Y");
@@ -165,9 +165,9 @@ TEST_F(CaptureSetTest, FilesRootWhiteAndBlackOfAForeignSet) {
       "white = \"g_2.png\"\n[provenance]\nwhen = 2024-05-01T10:00:00Z\n[provenance.camera]\ngain = 2\non = "
       "true\n");
   const CameraImages images = load(3);
-  EXPECT_EQ(images.images[0].data, random_image(3, 255).data);
-  EXPECT_EQ(images.images[2].data, random_image(1, 255).data);
-  EXPECT_EQ(images.white->data, random_image(2, 255).data);
+  EXPECT_EQ(images.images[0].floats().data, random_image(3, 255).data);
+  EXPECT_EQ(images.images[2].floats().data, random_image(1, 255).data);
+  EXPECT_EQ(images.white->floats().data, random_image(2, 255).data);
   const auto provenance = read_capture_set(folder_, 3).provenance;
   EXPECT_EQ(provenance.at("camera.gain"), "2");
   EXPECT_EQ(provenance.at("camera.on"), "true");
@@ -245,11 +245,11 @@ TEST_F(CaptureSetTest, OddSizeNamesBothSizes) {
 TEST_F(CaptureSetTest, OneColourOfAMosaic) {
   const Camera blue = make_channel("left", "GRBG", MosaicColour::blue);  // columns 0, 2 ..., rows 1, 3 ...
   CameraImages raw = make_images("left", 4), own = raw;
-  for (ImageF& image : own.images) {
+  for (GrayImage& image : own.images) {
     ImageF part(kWidth / 2, kHeight / 2);
     for (int y = 0; y < part.height; ++y)
       for (int x = 0; x < part.width; ++x) part(x, y) = image(2 * x, 2 * y + 1);
-    image = part;
+    image = std::move(part);
   }
   for (const CameraImages* images : {&raw, &own}) {
     for (const bool radiance : {false, true}) {
@@ -261,7 +261,7 @@ TEST_F(CaptureSetTest, OneColourOfAMosaic) {
       const CameraImages back = load_camera_images(read_capture_set(folder_, 4), blue, make_fringes(4));
       for (std::size_t k = 0; k < 4; ++k) {
         EXPECT_EQ(back.images[k].width, kWidth / 2);
-        EXPECT_EQ(back.images[k].data, own.images[k].data) << k << ' ' << radiance;
+        EXPECT_EQ(back.images[k].floats().data, own.images[k].floats().data) << k << ' ' << radiance;
       }
     }
   }
@@ -319,13 +319,15 @@ TEST_F(CaptureSetTest, OneColourOfColourImages) {
       images.white = random_image(60, 255);
       write_camera_images(folder_, images);
       for (const int i : {0, 2})  // the others stay gray
-        write_coloured(folder_ / fmt::format("left/000{}.png", i), images.images[i], bit_depth, channel);
-      write_coloured(folder_ / "left/white.png", *images.white, bit_depth, channel);
+        write_coloured(folder_ / fmt::format("left/000{}.png", i),
+                       images.images[static_cast<std::size_t>(i)].floats(), bit_depth, channel);
+      write_coloured(folder_ / "left/white.png", images.white->floats(), bit_depth, channel);
       write_toml(fmt::format("channel = \"{}\"\n", colour_channel_name(channel)) +
                  "[[camera]]\nname = \"left\"\npattern = \"left/%04d.png\"\nwhite = \"left/white.png\"\n");
       const CameraImages back = load(4, bit_depth);
-      for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(back.images[i].data, images.images[i].data);
-      EXPECT_EQ(back.white->data, images.white->data);
+      for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(back.images[i].floats().data, images.images[i].floats().data);
+      EXPECT_EQ(back.white->floats().data, images.white->floats().data);
     }
 }
 
@@ -398,7 +400,7 @@ TEST_F(CaptureSetTest, LightThatIsNoneIsRefused) {
   CameraImages images = make_images("left", 4);
   images.radiance = true;
   for (const float value : {std::nanf(""), -INFINITY, 1e30F}) {
-    images.images[2](3, 1) = value;
+    images.images[2].writable(3, 1) = value;
     write_camera_radiance(folder_, images);
     write_capture_toml(folder_, {&images}, {}, "exr");
     EXPECT_THAT(load_error(),

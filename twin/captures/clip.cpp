@@ -26,27 +26,28 @@ constexpr double kWidest = 0.02;          // of full scale: read noises beyond i
 constexpr std::size_t kPixels = 200'000;  // looked at for fringes that go on above
 
 /// The images of one direction and pitch in the order of their steps.
-std::vector<std::vector<const ImageF*>> step_groups(const CameraImages& images, const Fringes& fringes) {
-  std::map<std::pair<int, int>, std::vector<const ImageF*>> groups;
+std::vector<std::vector<const GrayImage*>> step_groups(const CameraImages& images, const Fringes& fringes) {
+  std::map<std::pair<int, int>, std::vector<const GrayImage*>> groups;
   const std::vector<PatternSpec> patterns = expand_sequence(fringes);
   for (std::size_t i = 0; i < std::min(patterns.size(), images.images.size()); ++i)
     if (patterns[i].kind == PatternSpec::Kind::phase_step)
       groups[{patterns[i].direction, patterns[i].pitch}].push_back(&images.images[i]);
-  std::vector<std::vector<const ImageF*>> out;
+  std::vector<std::vector<const GrayImage*>> out;
   for (auto& [key, group] : groups)
     if (group.size() >= 3) out.push_back(std::move(group));
   return out;
 }
 
-Histogram histogram_of(const std::vector<std::vector<const ImageF*>>& groups, std::size_t full) {
-  std::vector<const ImageF*> all;
+Histogram histogram_of(const std::vector<std::vector<const GrayImage*>>& groups, std::size_t full) {
+  std::vector<const GrayImage*> all;
   for (const auto& group : groups) all.insert(all.end(), group.begin(), group.end());
   std::vector<Histogram> parts(all.size());
   for_each_parallel(static_cast<int>(all.size()), [&](int k) {
     Histogram& h = parts[k];
     h.assign(full + 1, 0);
-    for (const float v : all[k]->data)
+    all[k]->for_each([&](float v) {
       if (v >= 0.0F && v <= static_cast<float>(full)) ++h[static_cast<std::size_t>(v)];
+    });
   });
   Histogram sum(full + 1, 0);
   for (const Histogram& h : parts)
@@ -103,7 +104,7 @@ Plateau sharpest(const Histogram& h, std::size_t top, std::size_t width, std::si
 
 /// Returns by how much the fringes of the pixels that hold the plateau go on above it, the median; NaN where
 /// no pixel can tell. A pixel that clips in more than half of its steps cannot.
-double excess_above(const std::vector<std::vector<const ImageF*>>& groups, const Plateau& plateau) {
+double excess_above(const std::vector<std::vector<const GrayImage*>>& groups, const Plateau& plateau) {
   std::vector<double> excess;
   const auto low = static_cast<double>(plateau.first), high = low + static_cast<double>(plateau.width);
   for (const auto& group : groups) {
@@ -117,7 +118,7 @@ double excess_above(const std::vector<std::vector<const ImageF*>>& groups, const
       double mean = 0.0, c = 0.0, s = 0.0;
       std::size_t held = 0;
       for (std::size_t n = 0; n < group.size(); ++n) {
-        const auto v = static_cast<double>(group[n]->data[i]);
+        const auto v = static_cast<double>((*group[n])[i]);
         held += v >= low && v < high ? 1u : 0u;
         mean += v, c += v * cosine[n], s += v * sine[n];
       }

@@ -72,8 +72,8 @@ TEST(FindClip, AFullWellBelowFullScaleIsFoundAndCounted) {
     ASSERT_TRUE(clip) << steps;
     EXPECT_EQ(clip->dn, 3000.0);
     std::uint64_t n = 0;
-    for (const ImageF& image : make_images(s).images)
-      n += static_cast<std::uint64_t>(std::count(image.data.begin(), image.data.end(), 3000.0F));
+    for (const GrayImage& image : make_images(s).images)
+      image.for_each([&n](float value) { n += value == 3000.0F ? 1 : 0; });
     EXPECT_EQ(clip->n, n);
   }
 }
@@ -102,8 +102,8 @@ TEST(FindClip, ValuesThatJustEndAreNoClip) {
 
 TEST(FindClip, ValuesInStepsOfSeveralAreNoClip) {
   CameraImages images = make_images({});
-  for (ImageF& image : images.images)
-    for (float& v : image.data) v = 16.0F * std::floor(v / 16.0F);
+  for (GrayImage& image : images.images)
+    for (float& v : image.as_floats()) v = 16.0F * std::floor(v / 16.0F);
   EXPECT_FALSE(find_clip(images, make_fringes(4), Sensor{}));
 }
 

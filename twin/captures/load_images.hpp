@@ -10,8 +10,8 @@
 namespace fringetwin {
 
 struct LoadedImages {
-  std::vector<ImageF> images = {};  ///< sequence order
-  std::optional<ImageF> white = {}, black = {};
+  std::vector<GrayImage> images = {};  ///< sequence order
+  std::optional<GrayImage> white = {}, black = {};
 };
 
 /// Returns whether the camera's images are EXR, irradiance; it must have some.

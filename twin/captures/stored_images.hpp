@@ -13,8 +13,8 @@ namespace fringetwin {
 /// pixels are of a channel, where values stop.
 struct StoredImages {
   std::string camera = {};
-  std::vector<ImageF> images = {};
-  std::optional<ImageF> white = {}, black = {};
+  std::vector<GrayImage> images = {};
+  std::optional<GrayImage> white = {}, black = {};
   int file_bits = 8;      ///< of values in the files: 8, 16; 32 for EXR
   bool radiance = false;  ///< EXR: irradiance, before a sensor
 };

@@ -80,16 +80,16 @@ TEST_F(StoredImagesTest, ComeAsTheyAreStored) {
     ASSERT_EQ(read->images.size(), written->images.size());
     for (std::size_t i = 0; i < read->images.size(); ++i) {
       EXPECT_EQ(read->images[i].width, written->images[i].width);
-      EXPECT_EQ(read->images[i].data, written->images[i].data);
+      EXPECT_EQ(read->images[i].floats().data, written->images[i].floats().data);
     }
-    EXPECT_EQ(read->white->data, written->white->data);
+    EXPECT_EQ(read->white->floats().data, written->white->floats().data);
     EXPECT_FALSE(read->black);
   }
 }
 
 TEST_F(StoredImagesTest, RadianceComesAsItIsStored) {
   left_.radiance = true;
-  left_.images[1].data.back() = 0.125f;
+  left_.images[1].floats().data.back() = 0.125f;
   left_.white.reset();
   write_camera_radiance(set(), left_);
   write_capture_toml(set(), {&left_}, {}, "exr");
@@ -97,7 +97,7 @@ TEST_F(StoredImagesTest, RadianceComesAsItIsStored) {
   EXPECT_TRUE(read.radiance);
   EXPECT_EQ(read.file_bits, 32);
   ASSERT_EQ(read.images.size(), 3U);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(read.images[i].data, left_.images[i].data);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(read.images[i].floats().data, left_.images[i].floats().data);
 }
 
 TEST_F(StoredImagesTest, TheColourOfASetIsTaken) {
@@ -117,7 +117,7 @@ TEST_F(StoredImagesTest, APatternHasTheImagesOnDisk) {
   write_toml({.name = "left", .pattern = "left/%04d.png", .black = "left/0003.png"});
   const StoredImages read = load().front();
   EXPECT_EQ(read.images.size(), 3U);  // the black one is none of the sequence
-  EXPECT_EQ(read.black->data.front(), 9.0f);
+  EXPECT_EQ(read.black->floats().data.front(), 9.0f);
   std::filesystem::remove(set() / "left/0001.png");
   EXPECT_EQ(load().front().images.size(), 1U);  // without a gap
   std::filesystem::remove(set() / "left/0000.png");
@@ -133,17 +133,18 @@ TEST_F(StoredImagesTest, FilesOfEightAndSixteenBitsAreOfSixteen) {
   write_gray_png(set() / "left/0001.png", image_of(6, 70), 16);
   const StoredImages left = load().at(1);
   EXPECT_EQ(left.file_bits, 16);
-  EXPECT_EQ(left.images[1].data.front(), 2800.0f);
+  EXPECT_EQ(left.images[1].floats().data.front(), 2800.0f);
 }
 
 TEST_F(StoredImagesTest, WhatDoesNotFitTogetherIsTold) {
   write_gray_png(set() / "left/0001.png", ImageF(7, kHeight, 9.0f), 8);
   EXPECT_THAT(refusal(), AllOf(HasSubstr("left/0001.png"), HasSubstr("7 x 4"), HasSubstr("6 x 4"),
                                HasSubstr("first image")));
-  write_gray_png(set() / "left/0001.png", left_.images[1], 8);
+  write_gray_png(set() / "left/0001.png", left_.images[1].floats(), 8);
   write_gray_png(set() / "left/white.png", ImageF(kHeight, 6, 9.0f), 8);
   EXPECT_THAT(refusal(), AllOf(HasSubstr("left/white.png"), HasSubstr("4 x 6"), HasSubstr("6 x 4")));
-  write_exr(set() / "left/0001.exr", {{"Y", &left_.images[1]}});
+  const ImageF second = left_.images[1].floats();
+  write_exr(set() / "left/0001.exr", {{"Y", &second}});
   write_toml({.name = "left", .files = {"left/0000.png", "left/0001.exr"}});
   EXPECT_THAT(refusal(), AllOf(HasSubstr("0001.exr"), HasSubstr("not both")));
   std::ofstream(set() / "capture.toml")

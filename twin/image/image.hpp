@@ -19,10 +19,12 @@ struct Image {
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width + x; }
   T& operator()(int x, int y) { return data[index(x, y)]; }
   const T& operator()(int x, int y) const { return data[index(x, y)]; }
+  /// The i-th value in the order of the rows, as GrayImage has it.
+  T operator[](std::size_t i) const { return data[i]; }
   std::size_t size() const { return data.size(); }
   bool empty() const { return data.empty(); }
-  template <class U>
-  bool same_size(const Image<U>& o) const {
+  template <class Other>
+  bool same_size(const Other& o) const {
     return width == o.width && height == o.height;
   }
 };

@@ -3,6 +3,7 @@
 // parameters are fitted to; the truth is rendered, or traced by the double-precision reference.
 #pragma once
 #include <functional>
+#include <iterator>
 #include <random>
 #include <vector>
 
@@ -76,7 +77,10 @@ inline Images traced_by_reference(const Twin& truth) {
 
 inline std::vector<CameraImages> frames_of(const Images& images) {
   std::vector<CameraImages> frames;
-  for (const std::vector<ImageF>& camera : images) frames.push_back({.images = camera, .radiance = true});
+  for (std::vector<ImageF> camera : images)
+    frames.push_back(
+        {.images = {std::make_move_iterator(camera.begin()), std::make_move_iterator(camera.end())},
+         .radiance = true});
   return frames;
 }
 

@@ -165,9 +165,9 @@ SyntheticSides make_sides(const SidesTruth& t) {
                           std::sqrt(t.noise_dn * t.noise_dn + std::max(shot_dn2, 0.0)) * normal(random);
           if (t.outlier_fraction > 0.0 && uniform(random) < t.outlier_fraction) y_real += t.outlier_dn;
           if (t.round_real) y_real = std::clamp(std::round(y_real), 0.0, max_dn);
-          real.images[k](x, y) = static_cast<float>(y_real);
-          irradiance.images[k](x, y) = static_cast<float>(e);
-          dn.images[k](x, y) = static_cast<float>(
+          real.images[k].writable(x, y) = static_cast<float>(y_real);
+          irradiance.images[k].writable(x, y) = static_cast<float>(e);
+          dn.images[k].writable(x, y) = static_cast<float>(
               std::clamp(std::round(t.twin_gain_dn * e + t.twin_black_level_dn), 0.0, max_dn));
         }
       }
