@@ -18,7 +18,9 @@
 #include <unistd.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -291,6 +293,30 @@ TEST_F(ImageIo, ExrKeepsNamesAndEveryBit) {
   EXPECT_TRUE(std::isnan(channels[0].second.data[3]));
   EXPECT_TRUE(std::isinf(channels[0].second.data[4]));
   EXPECT_EQ(channels[0].second.data[5], 0.0f);
+}
+
+// OpenEXR reads it: blocks that pack to nothing and blocks that do not pack at all (of random bits, which are
+// NaN of every kind, too), a last block of fewer lines, one pixel, and a name that needs a flag of the file.
+TEST_F(ImageIo, ExrBlocksOfEveryKindKeepEveryBit) {
+  std::mt19937 random(5);
+  const fs::path file = folder_ / "a.exr";
+  const std::string long_name = "wrapped_x_" + std::string(60, '3');
+  for (const auto& [width, height] :
+       {std::pair{1, 1}, std::pair{3, 16}, std::pair{33, 17}, std::pair{200, 50}}) {
+    ImageF noise(width, height), empty(width, height, std::numeric_limits<float>::quiet_NaN());
+    for (float& v : noise.data) v = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    write_exr(file, {{long_name, &noise}, {"amplitude_dn", &empty}, {"Y", &noise}});
+    const auto channels = read_exr(file);
+    ASSERT_EQ(channels.size(), 3U);
+    const std::vector<NamedChannel> wanted = {{"Y", &noise}, {"amplitude_dn", &empty}, {long_name, &noise}};
+    for (std::size_t c = 0; c < 3; ++c) {
+      EXPECT_EQ(channels[c].first, wanted[c].first);
+      const ImageF &read = channels[c].second, &written = *wanted[c].second;
+      ASSERT_TRUE(read.same_size(written));
+      EXPECT_EQ(std::memcmp(read.data.data(), written.data.data(), sizeof(float) * read.size()), 0)
+          << width << " x " << height << ", " << wanted[c].first;
+    }
+  }
 }
 
 TEST_F(ImageIo, EveryTruncationOfAnExrIsFound) {
