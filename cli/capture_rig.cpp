@@ -81,7 +81,8 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
   const Twin rig = stand_in(twin, file);
   const render::Sampling sampling = render::choose_sampling(rig, cosim::render_options(rig, flags.render));
   render::Renderer renderer(flags.render.device);
-  capture::SimulatedOptions simulated{.seed = flags.render.seed, .latency_ms = flags.simulated_latency_ms};
+  capture::SimulatedOptions simulated{.seed = flags.render.seed.value_or(0),
+                                      .latency_ms = flags.simulated_latency_ms};
   say(fmt::format("renders what the rig of {} will see", file));
   const capture::SimulatedRig devices(rig, sampling, renderer, simulated);
   OpenedRig opened;
@@ -90,7 +91,7 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
   opened.display = devices.display();
   for (const auto& [input, digest] : compare::sha256_of_files(rig.input_files))
     opened.identity["rig " + fs::path(input).filename().string()] = digest;
-  opened.identity["seed"] = std::to_string(flags.render.seed);
+  opened.identity["seed"] = std::to_string(simulated.seed);
   return opened;
 }
 

@@ -7,6 +7,7 @@
 #include "cosim/doubt_description.hpp"
 #include "cosim/load.hpp"
 #include "cosim/notes.hpp"
+#include "cosim/other_noise.hpp"
 #include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/captures/measured_steps.hpp"
@@ -14,9 +15,11 @@
 namespace fringetwin::cosim {
 namespace {
 
-std::vector<CameraImages> load_listed(Run& run, const std::filesystem::path& dir) {
+std::vector<CameraImages> load_listed(Run& run, const std::filesystem::path& dir,
+                                      std::optional<std::uint64_t>* rendered_seed = nullptr) {
   Captures captures = load_captures(run.twin, dir);
   run.capture_files.insert(run.capture_files.end(), captures.files.begin(), captures.files.end());
+  if (rendered_seed) *rendered_seed = captures.rendered_seed;
   return std::move(captures.cameras);
 }
 
@@ -37,8 +40,9 @@ Run measure_both(const CompareRequest& request) {
   run.timer.start("load");
   run.twin = load_for_run(request.twin);
   run.options.use_steps = left_over_steps(run.twin);
-  run.real.images = load_listed(run, request.real);
-  run.simulated.images = load_listed(run, request.simulated);
+  run.real.images = load_listed(run, request.real, &run.real_seed);
+  std::optional<std::uint64_t> simulated_seed;
+  run.simulated.images = load_listed(run, request.simulated, &simulated_seed);
   run.simulated.irradiance = load_irradiance(run, request.simulated);
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
@@ -60,6 +64,7 @@ Run measure_both(const CompareRequest& request) {
   run.timer.stop();
   add_to_warnings(run, doubts_about_real_side(run));
   add_brightness_warnings(run);
+  add_first_warning(run, same_noise_warning(run.twin, run.real_seed, simulated_seed));
   return run;
 }
 

@@ -18,6 +18,7 @@
 #include "cosim/hold_out.hpp"
 #include "cosim/load.hpp"
 #include "cosim/notes.hpp"
+#include "cosim/other_noise.hpp"
 #include "cosim/refined_into_twin.hpp"
 #include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
@@ -55,6 +56,7 @@ Run load_run(const CosimRequest& request) {
     Captures captures = load_captures(run.twin, *run.twin.real.captures);
     run.real.images = std::move(captures.cameras);
     run.capture_files = std::move(captures.files);
+    run.real_seed = captures.rendered_seed;
   } else if (!request.refine.empty()) {
     throw UserError(ExitCode::usage, request.twin.string(),
                     "--refine needs real images, but [real] names no captures",
@@ -208,11 +210,19 @@ void refine(Run& run, const CosimRequest& request) {
 
 }  // namespace
 
-Run run_cosim(const CosimRequest& request) {
+Run run_cosim(const CosimRequest& asked) {
+  CosimRequest request = asked;
   Run run = load_run(request);
+  const ChosenSeed chosen = choose_seed(run.twin, asked.render.seed, run.real_seed);
+  request.render.seed = chosen.seed;  // every rendering of the run takes this one
+  if (!chosen.note.empty()) {
+    say(chosen.note);
+    if (!run.options.note.empty()) run.options.note += ;
+    run.options.note += chosen.note;
+  }
   run.renderer = std::make_unique<render::Renderer>(request.render.device);
   run.options.renderer = run.renderer.get();
-  run.options.seed = request.render.seed;
+  run.options.seed = chosen.seed;
   run.options.render = render_options(run.twin, request.render);
   simulate_side(run, request.render);
   measure_real(run);
@@ -228,6 +238,7 @@ Run run_cosim(const CosimRequest& request) {
   }
   add_to_warnings(run, doubts);
   add_brightness_warnings(run);
+  add_first_warning(run, chosen.warning);
   return run;
 }
 

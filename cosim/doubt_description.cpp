@@ -18,4 +18,10 @@ void add_to_warnings(Run& run, const std::vector<measure::Doubt>& doubts) {
   if (run.real.measurement) measure::put_first(doubts, run.real.measurement->warnings);
 }
 
+void add_first_warning(Run& run, const std::string& warning) {
+  if (warning.empty() || !run.simulated.measurement) return;
+  std::vector<std::string>& warnings = run.simulated.measurement->warnings;
+  warnings.insert(warnings.begin(), warning);
+}
+
 }  // namespace fringetwin::cosim

@@ -15,4 +15,7 @@ std::vector<measure::Doubt> doubts_about_real_side(Run& run);
 /// Adds the doubts to the warnings of the real side, where there is one.
 void add_to_warnings(Run& run, const std::vector<measure::Doubt>& doubts);
 
+/// Puts another warning before those of the simulated side, where it was measured; an empty one not.
+void add_first_warning(Run& run, const std::string& warning);
+
 }  // namespace fringetwin::cosim

@@ -2,6 +2,7 @@
 #include "cosim/load.hpp"
 
 #include "compare/verdict/limits.hpp"
+#include "cosim/other_noise.hpp"
 #include "cosim/shape/measured_shapes.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"
@@ -32,6 +33,7 @@ Captures load_captures(const Twin& twin, const std::filesystem::path& dir) {
   for (const Camera& camera : twin.cameras)
     out.cameras.push_back(load_camera_images(set, camera, twin.fringes));
   out.files = files_of(set);
+  out.rendered_seed = seed_of_rendered(set.provenance);
   return out;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads what a run works on: the twin, checked before any work, and the captures of its cameras.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,8 +23,9 @@ void check_renderable(const Twin& twin);
 
 /// The images of a capture folder.
 struct Captures {
-  std::vector<CameraImages> cameras;         ///< order of twin.cameras
-  std::vector<std::filesystem::path> files;  ///< files_of() the folder's capture.toml
+  std::vector<CameraImages> cameras;                ///< order of twin.cameras
+  std::vector<std::filesystem::path> files;         ///< files_of() the folder's capture.toml
+  std::optional<std::uint64_t> rendered_seed = {};  ///< seed_of_rendered() (cosim/other_noise.hpp)
 };
 Captures load_captures(const Twin& twin, const std::filesystem::path& dir);
 

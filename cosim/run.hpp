@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds what a run has loaded, rendered and measured: a twin and the two sides of a comparison.
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@ struct Run {
   std::optional<Twin> as_written;   ///< with its measured shapes still to be built; where images are held out
   compare::CompareOptions options;  ///< for compare::compare() on these sides
   std::vector<std::filesystem::path> capture_files;  ///< read besides those of the twin
+  std::optional<std::uint64_t> real_seed;            ///< of the real images, where they were rendered
   Rendering rendering;                               ///< of the simulated side; without a device: none
   measure::PointCloud noise_free;                    ///< measure::noise_free_points() of the simulated side
   std::unique_ptr<render::Renderer> renderer;        ///< that options.renderer points to

@@ -96,16 +96,17 @@ Simulated simulate(const Twin& twin, const RenderRequest& request, render::Rende
   const render::Sampling sampling = render::choose_sampling(twin, render_options(twin, request));
   Simulated out;
   out.rendering.device = renderer.device().name;
-  out.rendering.seed = request.seed;
+  const std::uint64_t seed = request.seed.value_or(0);
+  out.rendering.seed = seed;
   Progress progress("render", twin.cameras.size());
   std::vector<render::RenderedCamera> rendered =
-      render::render_all(renderer, twin, sampling, request.seed, &progress);
+      render::render_all(renderer, twin, sampling, seed, &progress);
   for (const render::RenderedCamera& camera : rendered) {
     out.rendering.notes.push_back(note_of(camera));
     warn_of_missed_targets(out.rendering.notes.back(), sampling);
   }
   check_view(twin, rendered);
-  out.captures = render::expose_all(rendered, twin, request.seed);
+  out.captures = render::expose_all(rendered, twin, seed);
   for (render::RenderedCamera& camera : rendered)
     out.irradiance.push_back(render::as_radiance(std::move(camera)));
   return out;

@@ -19,8 +19,8 @@ struct RenderRequest {
   std::optional<int> samples;
   std::optional<std::string> sampler;  ///< adaptive | gauss | multi-jittered | sobol
   std::optional<double> phase_error_rad, gray_error;
-  std::uint64_t seed = 0;
-  std::string device;  ///< a part of its name; empty = the default
+  std::optional<std::uint64_t> seed;  ///< none: 0, unless the real images have the noise of that
+  std::string device;                 ///< a part of its name; empty = the default
 };
 
 /// Returns the twin's own options of rendering with those of the request in their place. Throws

@@ -9,6 +9,7 @@
 #include "compare/geometry/deviation_cloud.hpp"
 #include "compare/page/report_page.hpp"
 #include "compare/result/result_json.hpp"
+#include "cosim/other_noise.hpp"
 #include "measure/measurement.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 std::map<std::string, std::string> capture_provenance(const Twin& twin, const Rendering& rendering) {
   std::map<std::string, std::string> provenance = {
-      {"device", "fringetwin renderer on " + rendering.device},
+      {"device", kRenderedBy + rendering.device},
       {"twin", twin.name},
       {"seed", std::to_string(rendering.seed)},
   };

@@ -29,7 +29,7 @@ std::vector<std::string> given_options(const cosim::CosimRequest& request, bool 
   if (render.sampler) given.push_back("sampler=" + *render.sampler);
   if (render.phase_error_rad) given.push_back(fmt::format("phase_error_rad={}", *render.phase_error_rad));
   if (render.gray_error) given.push_back(fmt::format("gray_error={}", *render.gray_error));
-  if (render.seed != 0) given.push_back(fmt::format("seed={}", render.seed));
+  if (render.seed) given.push_back(fmt::format("seed={}", *render.seed));
   if (!render.device.empty()) given.push_back("device=" + render.device);
   return given;
 }
@@ -37,8 +37,8 @@ std::vector<std::string> given_options(const cosim::CosimRequest& request, bool 
 void run(const PyTwin& twin, const std::filesystem::path& out, const std::vector<std::string>& refine,
          const std::string& steps, int hold_out, const std::string& hold_out_by, bool radiance, bool npz,
          bool figures, std::optional<int> samples, std::optional<std::string> sampler,
-         std::optional<double> phase_error_rad, std::optional<double> gray_error, std::uint64_t seed,
-         const std::string& device) {
+         std::optional<double> phase_error_rad, std::optional<double> gray_error,
+         std::optional<std::uint64_t> seed, const std::string& device) {
   const PyTwin::State state = twin.state();
   const cosim::CosimRequest request{
       .twin = twin.file,
@@ -68,8 +68,9 @@ void bind_cosim(py::module_& module) {
              py::arg("refine") = std::vector<std::string>{}, py::arg("steps") = "", py::arg("hold_out") = 0,
              py::arg("hold_out_by") = "", py::arg("radiance") = false, py::arg("npz") = false,
              py::arg("figures") = false, py::arg("samples") = py::none(), py::arg("sampler") = py::none(),
-             py::arg("phase_error_rad") = py::none(), py::arg("gray_error") = py::none(), py::arg("seed") = 0,
-             py::arg("device") = "", "Writes what `fringetwin cosim --out` writes; see fringetwin.cosim.");
+             py::arg("phase_error_rad") = py::none(), py::arg("gray_error") = py::none(),
+             py::arg("seed") = py::none(), py::arg("device") = "",
+             "Writes what `fringetwin cosim --out` writes; see fringetwin.cosim.");
 }
 
 }  // namespace fringetwin::python

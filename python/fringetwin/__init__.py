@@ -87,7 +87,7 @@ def measure(twin: Twin, captures: Union[PathLike, Captures, Mapping[str, Sequenc
 def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] = (), steps: str = "",
           hold_out: int = 0, hold_out_by: str = "", radiance: bool = False, npz: bool = False, figures: bool = False,
           samples: Optional[int] = None, sampler: Optional[str] = None, phase_error_rad: Optional[float] = None,
-          gray_error: Optional[float] = None, seed: int = 0, device: str = "") -> Run:
+          gray_error: Optional[float] = None, seed: Optional[int] = None, device: str = "") -> Run:
     """Does the main job: renders, measures both sides, compares and writes `out` as `fringetwin cosim` does.
 
     The options are those of the command line (phase_error_rad: --phase-error) without --into and --limits.
