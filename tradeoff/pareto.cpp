@@ -11,6 +11,7 @@
 #include "cosim/load.hpp"
 #include "render/sensor/all_cameras.hpp"
 #include "twin/base/constants.hpp"
+#include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/stopwatch.hpp"
 #include "twin/number/pareto_front.hpp"
@@ -66,6 +67,23 @@ class SchemeSurvey {
     else
       measure_frames(point);
   }
+  /// Marks the point of the rule that stood in for the default; measures it where it is none of the schemes,
+  /// which takes a place that the points have in reserve.
+  void measure_default(std::vector<ParetoPoint>& points, const render::Sampling& rule) {
+    for (ParetoPoint& p : points) p.scheme.is_default = false;
+    const auto at = std::ranges::find_if(points, [&rule](const ParetoPoint& p) {
+      const render::Sampling& s = p.scheme.sampling;
+      return s.sampler == rule.sampler && s.samples == rule.samples && s.precise == rule.precise;
+    });
+    if (at != points.end()) {
+      at->scheme.is_default = true;
+      return;
+    }
+    FT_CHECK(points.size() < points.capacity(), "a place for the default: results are known by their places");
+    ParetoPoint& added = points.emplace_back();
+    added.scheme = {.family = render::sampler_name(rule.sampler), .sampling = rule, .is_default = true};
+    measure_point(added);
+  }
   void retime(ParetoPoint& point) {
     if (std::isnan(point.frame_ms) || !is_cheap(point)) return;
     const Elapsed t = timed_render(point.scheme.sampling).time;
@@ -76,7 +94,9 @@ class SchemeSurvey {
     point.chain_s += 1e-3 * point.frame_ms * n - was_s;
   }
 
-  /// Where the adaptive trace does not apply to the scene: the fixed rule that stood in.
+  /// True where the adaptive trace does not apply to the scene.
+  bool not_adaptive() const { return not_adaptive_; }
+  /// Where it is the default and does not apply: the fixed rule that stood in for it.
   const std::optional<render::Sampling>& stands_in() const { return stands_in_; }
 
   /// Once all points are measured.
@@ -122,7 +142,9 @@ class SchemeSurvey {
       return c.sampling.sampler != point.scheme.sampling.sampler;
     });
     if (other != rendered.cameras.end()) {
-      stands_in_ = other->sampling;
+      // of the default alone: another target or precision has another rule
+      if (point.scheme.is_default) stands_in_ = other->sampling;
+      not_adaptive_ = true;
       return;
     }
     const double n = static_cast<double>(twin.cameras.size());
@@ -167,6 +189,7 @@ class SchemeSurvey {
   ParetoResult& result_;
   std::optional<Twin> windows_;
   std::optional<render::Sampling> stands_in_;
+  bool not_adaptive_ = false;
   ReferenceValues reference_;
   std::map<const ParetoPoint*, std::vector<measure::ObjectFit>> fits_;
 };
@@ -228,6 +251,7 @@ ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const Pare
   result.subset = choose_subset(twin, renderer, options.subset);
   say("pixels: " + result.subset.text());
   result.points = list_points(twin, result.device.has_double, options.quick);
+  result.points.reserve(result.points.size() + 1);
   SchemeSurvey survey(twin, renderer, options, result);
   result.timing_s["reference"] = reference_watch.elapsed().wall_s;
 
@@ -239,16 +263,10 @@ ParetoResult run_pareto(const Twin& twin, render::Renderer& renderer, const Pare
       progress.advance();
     }
   }
-  if (survey.stands_in()) {
+  if (survey.not_adaptive())
     result.warnings.push_back(
         "the adaptive trace does not apply to this scene (docs/PHYSICS.md): a fixed rule stands in");
-    for (ParetoPoint& p : result.points) {
-      const render::Sampling& s = p.scheme.sampling;
-      p.scheme.is_default = s.sampler == survey.stands_in()->sampler &&
-                            s.samples == survey.stands_in()->samples &&
-                            s.precise == survey.stands_in()->precise;
-    }
-  }
+  if (survey.stands_in()) survey.measure_default(result.points, *survey.stands_in());
   Progress progress("timing in turns", static_cast<std::size_t>(options.rounds) * result.points.size());
   for (int round = 0; round < options.rounds; ++round)
     for (ParetoPoint& p : result.points) {
