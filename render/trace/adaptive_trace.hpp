@@ -92,6 +92,7 @@ class AdaptiveTrace {
   void use_own_sums();
   void take_back_unformed(std::vector<std::uint32_t>* pieces);
   void foresee_kernels();
+  void clear_probe();
   void probe();
   void run_pass();
   void classify();
@@ -185,7 +186,8 @@ class AdaptiveTrace {
   double weight_ = 1.0;  // of an error of the contrast, with that of the harmonics that are formed
   PixelState written_ = PixelState::plain;
   std::vector<PixelState> states_;
-  const gpu::vec4* seen_ = nullptr;  // the probe buffer as the host sees it
+  const gpu::vec4* seen_ =
+      nullptr;  // the probe buffer as the host sees it: valid in active blocks, 2 px around
   bool closed_form_ = true;
   std::uint32_t panels_ = 1, stretches_;
   std::vector<SumTarget> targets_;

@@ -105,6 +105,17 @@ void Buffer::clear() {
   device_.run([&](VkCommandBuffer commands) { vkCmdFillBuffer(commands, buffer_, 0, VK_WHOLE_SIZE, 0); });
 }
 
+void Buffer::clear(std::span<const Part> parts) {
+  for (const Part& part : parts) FT_CHECK(part.first + part.bytes <= bytes_, "a part within the buffer");
+  if (main_.mapped) {
+    for (const Part& part : parts) std::memset(main_.mapped + part.first, 0, part.bytes);
+  } else if (!parts.empty()) {
+    device_.run([&](VkCommandBuffer commands) {
+      for (const Part& part : parts) vkCmdFillBuffer(commands, buffer_, part.first, part.bytes, 0);
+    });
+  }
+}
+
 const std::byte* Buffer::read(std::size_t bytes) {
   FT_CHECK(bytes <= bytes_, "read beyond the buffer");
   if (main_.mapped) return main_.mapped;

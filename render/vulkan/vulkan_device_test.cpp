@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 
 #include "twin/base/errors.hpp"
@@ -73,6 +74,25 @@ TEST_F(VulkanDeviceTest, RefusesMoreStorageBuffersThanItBinds) {
       VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   EXPECT_THAT(refusal([&] { ComputePipeline(device, {}, types, {}, 4, VK_NULL_HANDLE); }),
               HasSubstr("storage buffers, this scene needs"));
+}
+
+// Memory that the host can map, and memory that it reaches through a staging buffer.
+TEST_F(VulkanDeviceTest, ClearsPartsAndLeavesTheRest) {
+  const std::vector<std::uint32_t> before{1, 2, 3, 4, 5, 6, 7, 8}, after{1, 0, 0, 4, 5, 6, 0, 8};
+  constexpr std::size_t kBytes = sizeof(std::uint32_t);
+  for (const bool staging : {false, true}) {
+    if (staging) setenv("FRINGETWIN_STAGING", "1", 1);
+    VulkanDevice device("");
+    Buffer buffer(device, before.size() * kBytes,
+                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+    buffer.upload(before);
+    const std::vector<Buffer::Part> parts{{kBytes, 2 * kBytes}, {6 * kBytes, kBytes}};
+    buffer.clear(parts);
+    std::vector<std::uint32_t> found(before.size());
+    std::memcpy(found.data(), buffer.read(before.size() * kBytes), before.size() * kBytes);
+    EXPECT_EQ(found, after) << (staging ? "staging" : "mapped");
+  }
+  unsetenv("FRINGETWIN_STAGING");
 }
 
 // The process may grow by 64 MB and asks for 1 GB: the buffer exists by then, its memory does not. The
