@@ -192,7 +192,8 @@ def judge(points):
 
 
 def is_near(verdicts, clock):
-    return any(abs(verdicts[e][clock]["ratio"] / MOST - 1.0) <= NEAR for e in ERRORS)
+    ratios = [verdicts[e][clock]["ratio"] for e in ERRORS]
+    return any(ratio > 1.0 and abs(ratio / MOST - 1.0) <= NEAR for ratio in ratios)  # 1: no rival is faster
 
 
 def row(scene, error, clock, found):
