@@ -217,7 +217,7 @@ Run run_cosim(const CosimRequest& asked) {
   request.render.seed = chosen.seed;  // every rendering of the run takes this one
   if (!chosen.note.empty()) {
     say(chosen.note);
-    if (!run.options.note.empty()) run.options.note += ;
+    if (!run.options.note.empty()) run.options.note += ' ';
     run.options.note += chosen.note;
   }
   run.renderer = std::make_unique<render::Renderer>(request.render.device);
