@@ -8,23 +8,13 @@
 namespace fringetwin::compare {
 namespace {
 
-/// Returns the difference; NaN where the value must not be used.
-float usable_difference(const GrayPair& pair, const GainFit& fit, int image, std::size_t i) {
-  const float unknown = std::numeric_limits<float>::quiet_NaN();
-  const UsableRange& u = fit.usable;
-  const double y = pair.real_at(image, i), v = pair.source_at(image, i), e = pair.irradiance_at(image, i);
-  const double clip = u.gain_dn * e + u.black_level_dn;
-  const bool use = pair.mask.data[i] != 0 && is_usable(u, y, v, clip);
-  return use ? static_cast<float>(fit.row.gain_dn * e + fit.row.black_level_dn - y) : unknown;
-}
-
 GrayRow one_row(const GrayPair& pair, const GainFit& fit, int image) {
   std::vector<float> d;
   d.reserve(pair.mask.size());
   double sum = 0.0, sum2 = 0.0;
   for (std::size_t i = 0; i < pair.mask.size(); ++i) {
     if (pair.mask.data[i] == 0) continue;
-    const float value = usable_difference(pair, fit, image, i);
+    const float value = gray_difference(pair, fit, image, i);
     if (std::isnan(value)) continue;
     d.push_back(value);
     const double v = static_cast<double>(value);
@@ -74,11 +64,20 @@ std::vector<GrayRow> gray_rows(const Twin& twin, const GrayPair& pair, const Gai
   return rows;
 }
 
+float gray_difference(const GrayPair& pair, const GainFit& fit, int image, std::size_t i) {
+  const float unknown = std::numeric_limits<float>::quiet_NaN();
+  const UsableRange& u = fit.usable;
+  const double y = pair.real_at(image, i), v = pair.source_at(image, i), e = pair.irradiance_at(image, i);
+  const double clip = u.gain_dn * e + u.black_level_dn;
+  const bool use = pair.mask.data[i] != 0 && is_usable(u, y, v, clip);
+  return use ? static_cast<float>(fit.row.gain_dn * e + fit.row.black_level_dn - y) : unknown;
+}
+
 ImageF gray_difference(const GrayPair& pair, const GainFit& fit, int image) {
   ImageF out(pair.width(), pair.height());
 #pragma omp parallel for schedule(static)
   for (int y = 0; y < pair.height(); ++y)
-    for (int x = 0; x < pair.width(); ++x) out(x, y) = usable_difference(pair, fit, image, out.index(x, y));
+    for (int x = 0; x < pair.width(); ++x) out(x, y) = gray_difference(pair, fit, image, out.index(x, y));
   return out;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes the differences between predicted and real gray values of every image after the gain fit.
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "compare/gray/gain_fit.hpp"
@@ -11,7 +12,8 @@ namespace fringetwin::compare {
 /// Returns one row per compared image: (gain E + black) - DN over the values the gain fit may use.
 std::vector<GrayRow> gray_rows(const Twin& twin, const GrayPair& pair, const GainFit& fit);
 
-/// Returns (gain E + black) - DN of one image; NaN where a value is not usable.
+/// Returns (gain E + black) - DN of one image, or of its pixel i; NaN where a value is not usable.
+float gray_difference(const GrayPair& pair, const GainFit& fit, int image, std::size_t i);
 ImageF gray_difference(const GrayPair& pair, const GainFit& fit, int image);
 
 /// Returns what the fitted sensor would have recorded: clamp(gain E + black, 0, max), unrounded.

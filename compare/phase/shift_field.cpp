@@ -41,9 +41,7 @@ struct BlockShift {
 class ShiftField {
  public:
   ShiftField(const GrayPair& pair, const GainFit& fit, const NoiseLine& noise)
-      : pair_(pair), fit_(fit), noise_(noise), per_e_(fit.row.gain_dn * pair.e_scale) {
-    for (const int image : pair.gain_images) difference_.push_back(gray_difference(pair, fit, image));
-  }
+      : pair_(pair), fit_(fit), noise_(noise), per_e_(fit.row.gain_dn * pair.e_scale) {}
 
   ShiftRow run() {
     const int nx = (pair_.width() + kShiftBlock - 1) / kShiftBlock,
@@ -92,10 +90,9 @@ class ShiftField {
     const std::size_t i = pair_.mask.index(x, y), down = static_cast<std::size_t>(pair_.width());
     Eigen::Vector2d brightness_h = Eigen::Vector2d::Zero();
     double uu = 0.0, ud = 0.0;
-    for (std::size_t k = 0; k < difference_.size(); ++k) {
-      const double d = difference_[k].data[i];
+    for (const int image : pair_.gain_images) {
+      const auto d = static_cast<double>(gray_difference(pair_, fit_, image, i));
       if (!std::isfinite(d)) continue;
-      const int image = pair_.gain_images[k];
       const GrayImage& e = pair_.irradiance->images[image];
       const double u = fit_.row.gain_dn * pair_.irradiance_at(image, i);
       const double w = 1.0 / noise_.variance_dn2(u + fit_.row.black_level_dn);
@@ -194,7 +191,6 @@ class ShiftField {
   const GainFit& fit_;
   NoiseLine noise_;
   double per_e_;
-  std::vector<ImageF> difference_;  ///< simulated - real, per gain image
 };
 
 }  // namespace
