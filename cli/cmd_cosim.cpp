@@ -86,6 +86,7 @@ void add_cosim(CLI::App& app, Invocation& invocation) {
   add_twin_option(*sub, "--into", options->into,
                   "Put the values that --refine finds into this twin.toml; all its other lines stay");
   add_render_flags(*sub, options->request.render);
+  sub->get_option("--seed")->default_str("0; 1 against images that were rendered with 0");
   run_when_chosen(*sub, invocation, options, run_cosim);
 }
 

@@ -18,11 +18,12 @@ constexpr std::size_t kBins = 1U << 16;  // a camera has at most 16 bit
 
 using Counts = std::vector<std::size_t>;
 
-/// Adds how often each gray value is there. Values are whole: adding a half rounds as std::lround() does,
+/// Adds how often each gray value is there. A camera's are whole: adding a half rounds as std::lround() does,
 /// which no compiler makes one instruction of.
 void add_counts(const GrayImage& image, Counts& count) {
   image.for_each([&count](float value) {
-    ++count[static_cast<std::size_t>(std::clamp(value, 0.0F, static_cast<float>(kBins - 1)) + 0.5F)];
+    const float inside = std::min(std::max(0.0F, value), static_cast<float>(kBins - 1));  // 0 for NaN
+    ++count[static_cast<std::size_t>(inside + 0.5F)];
   });
 }
 

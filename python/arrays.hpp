@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "twin/base/errors.hpp"
 #include "twin/image/gray_image.hpp"
 #include "twin/image/image.hpp"
 
@@ -23,6 +24,7 @@ py::array_t<T> array_over(Image<T>& image, const py::object& owner) {
 
 /// Returns the same over an image that keeps its values as floats.
 inline py::array_t<float> array_over(GrayImage& image, const py::object& owner) {
+  FT_CHECK(image.bytes() == sizeof(float) * image.size(), "floats: nothing is converted below an array");
   return py::array_t<float>({image.height, image.width}, image.as_floats().data(), owner);
 }
 

@@ -404,5 +404,29 @@ TEST_F(RendererTest, WhatWasTracedBeforeChangesNothing) {
   expect_as_new(scene(part, false, 280.0), "after an error");
 }
 
+// Where nothing was seen the adaptive trace must not find what stood there of an object before, in images of
+// the same and of another size.
+TEST_F(RendererTest, ASmallObjectFindsNothingOfALargeOne) {
+  const auto seen_by = [](int width_px, int height_px, const Shape& shape) {
+    Twin twin = with_object(simple_rig(), "object", shape);
+    twin.cameras[0].lens = Lens("LENSMODEL_PINHOLE", {1000, 1000, 100, 90}, {width_px, height_px}, "camera");
+    return twin;
+  };
+  const Shape wall = PlaneShape{{0, 0, 320}, {0, 0, -1}, {}, {1, 0, 0}},
+              ball = SphereShape{{3, -2, 280}, 4.0};
+  const Sampling adaptive{Sampler::adaptive, 4};
+  for (const char* staging : {"0", "1"}) {
+    const Environment variable("FRINGETWIN_STAGING", staging);
+    Renderer used;
+    for (const auto& [width, height] : {std::pair{320, 240}, std::pair{250, 187}, std::pair{320, 240}}) {
+      used.trace(seen_by(320, 240, wall), 0, adaptive);
+      Renderer fresh;
+      EXPECT_TRUE(same_bits(used.trace(seen_by(width, height, ball), 0, adaptive),
+                            fresh.trace(seen_by(width, height, ball), 0, adaptive)))
+          << width << ' ' << staging;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace fringetwin::render::renderer_test

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/photometry/photon_transfer.hpp"
-#include "twin/image/image.hpp"
+#include "twin/image/gray_image.hpp"
 
 namespace fringetwin::calib {
 

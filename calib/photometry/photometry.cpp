@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "calib/photometry/exposure_linearity.hpp"
 #include "measure/decode/decode_input.hpp"

@@ -9,7 +9,7 @@
 #include "measure/decode/phase_noise.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/fringes.hpp"
-#include "twin/image/image.hpp"
+#include "twin/image/gray_image.hpp"
 
 namespace fringetwin::calib {
 

@@ -9,6 +9,7 @@
 
 #include "calib/photometry/flat_field.hpp"
 #include "twin/camera_response.hpp"
+#include "twin/image/gray_image.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::calib {

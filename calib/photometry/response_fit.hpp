@@ -7,7 +7,7 @@
 
 #include "calib/photometry/photon_transfer.hpp"
 #include "twin/camera_response.hpp"
-#include "twin/image/image.hpp"
+#include "twin/image/gray_image.hpp"
 
 namespace fringetwin::calib {
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "twin/image/rows_of_images.hpp"
+
 namespace fringetwin::compare {
 namespace {
 
@@ -134,17 +136,18 @@ GainSums sum_gain(const GrayPair& pair, const UsableRange& usable, const GainMod
   for (int band = 0; band < down; ++band)
     for (const int image : pair.gain_images) {
       Lane lane;
-      std::vector<float> room_real, room_source, room_simulated;
+      RowsOfImages rows;
       for (int y = band * kBlock; y < std::min((band + 1) * kBlock, height); ++y)
         for (int block = 0; block < across; ++block) {
           const int x = block * kBlock;
           const std::size_t at = pair.mask.index(x, y);
           const int n = std::min(kBlock, width - x);
-          const auto from = [&](const CameraImages& images, std::vector<float>& room) {
-            return images.images[image].values(at, static_cast<std::size_t>(n), room).data();
+          rows.start();
+          const auto from = [&](const CameraImages& images) {
+            return rows.next(images.images[image], at, static_cast<std::size_t>(n));
           };
-          const RowSpan row{from(*pair.real, room_real), from(*pair.irradiance, room_source),
-                            has_dn ? from(*pair.simulated, room_simulated) : nullptr, &pair.mask.data[at], n};
+          const RowSpan row{from(*pair.real), from(*pair.irradiance),
+                            has_dn ? from(*pair.simulated) : nullptr, &pair.mask.data[at], n};
           if (fill_lane(row, pair, usable, model.e_center, lane))
             add_lane(lane, row.n, model, blocks[band * across + block]);
         }

@@ -13,6 +13,7 @@
 #include "measure/decode/phase.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/image/rows_of_images.hpp"
 
 namespace fringetwin::compare {
 namespace {
@@ -214,9 +215,8 @@ ImageF exact_phase(const std::vector<const GrayImage*>& steps, const measure::St
   constexpr float kDark = 1e-3f;  // of the largest amplitude
   ImageF phase(steps.front()->width, steps.front()->height), amplitude = phase;
   std::vector<const float*> rows;
-  std::vector<std::vector<float>> rooms(steps.size());
-  for (std::size_t k = 0; k < steps.size(); ++k)
-    rows.push_back(steps[k]->values(0, phase.size(), rooms[k]).data());
+  RowsOfImages of_images;
+  for (const GrayImage* step : steps) rows.push_back(of_images.whole(*step));
   measure::solve_row(solver, rows.data(), static_cast<int>(phase.size()),
                      {.phase_rad = phase.data.data(), .amplitude = amplitude.data.data()});
   const float least = kDark * *std::ranges::max_element(amplitude.data);

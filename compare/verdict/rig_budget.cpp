@@ -19,11 +19,11 @@ namespace {
 
 using measure::Measurement;
 
-ImageF exact_gray(const ImageF& irradiance, const Sensor& sensor) {
+ImageF exact_gray(const GrayImage& irradiance, const Sensor& sensor) {
   ImageF out(irradiance.width, irradiance.height);
   for (std::size_t i = 0; i < out.size(); ++i)
     out.data[i] =
-        static_cast<float>(sensor.gain_dn * static_cast<double>(irradiance.data[i]) + sensor.black_level_dn);
+        static_cast<float>(sensor.gain_dn * static_cast<double>(irradiance[i]) + sensor.black_level_dn);
   return out;
 }
 
@@ -31,9 +31,9 @@ ImageF exact_gray(const ImageF& irradiance, const Sensor& sensor) {
 /// run.
 CameraImages exact_exposure(const CameraImages& irradiance, const Sensor& sensor) {
   CameraImages out{.camera = irradiance.camera, .bit_depth = sensor.bit_depth};
-  for (const GrayImage& image : irradiance.images) out.images.push_back(exact_gray(image.floats(), sensor));
-  if (irradiance.white) out.white = exact_gray(irradiance.white->floats(), sensor);
-  if (irradiance.black) out.black = exact_gray(irradiance.black->floats(), sensor);
+  for (const GrayImage& image : irradiance.images) out.images.push_back(exact_gray(image, sensor));
+  if (irradiance.white) out.white = exact_gray(*irradiance.white, sensor);
+  if (irradiance.black) out.black = exact_gray(*irradiance.black, sensor);
   return out;
 }
 

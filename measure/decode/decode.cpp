@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 
 #include "measure/decode/decode_input.hpp"
@@ -15,6 +14,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/image/rows_of_images.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -27,20 +27,6 @@ double percentile_999(const ImageF& image) {
   std::ranges::copy_if(image.data, std::back_inserter(values), [](float v) { return std::isfinite(v); });
   return values.empty() ? 0.0 : lower_quantile(values, 0.999);
 }
-
-/// Reads the same pixels of several images as floats, which stay valid until it starts anew.
-class RowsOfImages {
- public:
-  void start() { used_ = 0; }
-  const float* next(const GrayImage& image, std::size_t first, std::size_t n) {
-    if (used_ == rooms_.size()) rooms_.emplace_back();
-    return image.values(first, n, rooms_[used_++]).data();
-  }
-
- private:
-  std::deque<std::vector<float>> rooms_;  ///< a deque's elements stay where they are
-  std::size_t used_ = 0;
-};
 
 /// Decodes one direction of one camera: masks, phases, sigma, orders, repair.
 class DirectionDecoder {

@@ -17,6 +17,7 @@
 #include <random>
 
 #include "measure/decode/phase.hpp"
+#include "twin/image/rows_of_images.hpp"
 
 namespace fringetwin::measure::plain_fringes_test {
 namespace {
@@ -65,8 +66,8 @@ CameraImages recorded(double noise_dn, bool is_shifted = false, double varies = 
 double wrong_by_rad(const CameraImages& images, const std::vector<int>& steps) {
   const StepSolver solver(steps, kSteps);
   std::vector<const float*> of_step;
-  for (const int n : steps)
-    of_step.push_back(images.images[static_cast<std::size_t>(n)].floats().data.data());
+  RowsOfImages rows;
+  for (const int n : steps) of_step.push_back(rows.whole(images.images[static_cast<std::size_t>(n)]));
   std::vector<float> phase(static_cast<std::size_t>(kWidth) * kHeight);
   solve_row(solver, of_step.data(), kWidth * kHeight, {.phase_rad = phase.data()});
   double sum = 0.0;

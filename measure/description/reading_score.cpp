@@ -11,6 +11,7 @@
 #include "twin/base/constants.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/statistics.hpp"
+#include "twin/image/rows_of_images.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -36,11 +37,11 @@ ImageF worst_residual(const CameraImages& images, const Fringes& fringes) {
   const std::vector<int> steps = all_steps(fringes);
   const StepSolver solver(steps, fringes.steps);
   std::vector<const float*> rows(steps.size());
-  std::vector<std::vector<float>> rooms(steps.size());
+  RowsOfImages of_images;
   for (std::size_t d = 0; d < fringes.directions.size(); ++d)
     for (const auto& pitch : collect_direction(images, fringes, static_cast<int>(d), steps).steps) {
-      for (std::size_t n = 0; n < rows.size(); ++n)
-        rows[n] = pitch[n]->values(0, worst.size(), rooms[n]).data();
+      of_images.start();
+      for (std::size_t n = 0; n < rows.size(); ++n) rows[n] = of_images.whole(*pitch[n]);
       PhaseRow out;
       out.phase_rad = phase.data.data(), out.amplitude = amplitude.data.data(),
       out.residual = residual.data.data();

@@ -90,8 +90,8 @@ def cosim(twin: Union[PathLike, Twin], out: PathLike, *, refine: Sequence[str] =
           gray_error: Optional[float] = None, seed: Optional[int] = None, device: str = "") -> Run:
     """Does the main job: renders, measures both sides, compares and writes `out` as `fringetwin cosim` does.
 
-    The options are those of the command line (phase_error_rad: --phase-error) without --into and --limits.
-    Returns the folder with the content of its result.json.
+    The options are those of the command line (phase_error_rad: --phase-error) without --into and --limits. Without a
+    seed it is 0, or 1 where the real images were rendered with 0. Returns the folder with the content of its result.json.
     """
     _cosim(twin if isinstance(twin, Twin) else Twin(twin), out, refine=list(refine), steps=steps, hold_out=hold_out,
            hold_out_by=hold_out_by, radiance=radiance, npz=npz, figures=figures, samples=samples, sampler=sampler,

@@ -152,10 +152,7 @@ void AdaptiveTrace::clear_probe() {
   const bool below = !job_.scene.below_surfaces.empty();
   Buffer& places =
       device_.reserve(BIND_PROBE, (below ? 1 + PROBE_MORE : 1) * job_.out->mean.size() * sizeof(gpu::vec4));
-  if (below) {
-    places.clear();
-    return;
-  }
+  if (below) return places.clear();  // what lies below stands in tables of its own behind that of the image
   std::vector<Buffer::Part> parts;
   for (const PixelRun& run : pixels_around(job_.blocks, width, height, kReachPx))
     parts.push_back({sizeof(gpu::vec4) *

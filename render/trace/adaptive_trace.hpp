@@ -186,8 +186,8 @@ class AdaptiveTrace {
   double weight_ = 1.0;  // of an error of the contrast, with that of the harmonics that are formed
   PixelState written_ = PixelState::plain;
   std::vector<PixelState> states_;
-  const gpu::vec4* seen_ =
-      nullptr;  // the probe buffer as the host sees it: valid in active blocks, 2 px around
+  // The probe buffer as the host sees it: valid in active blocks and 2 px around them.
+  const gpu::vec4* seen_ = nullptr;
   bool closed_form_ = true;
   std::uint32_t panels_ = 1, stretches_;
   std::vector<SumTarget> targets_;

@@ -107,13 +107,8 @@ void Buffer::clear() {
 
 void Buffer::clear(std::span<const Part> parts) {
   for (const Part& part : parts) FT_CHECK(part.first + part.bytes <= bytes_, "a part within the buffer");
-  if (main_.mapped) {
-    for (const Part& part : parts) std::memset(main_.mapped + part.first, 0, part.bytes);
-  } else if (!parts.empty()) {
-    device_.run([&](VkCommandBuffer commands) {
-      for (const Part& part : parts) vkCmdFillBuffer(commands, buffer_, part.first, part.bytes, 0);
-    });
-  }
+  if (!main_.mapped) return clear();
+  for (const Part& part : parts) std::memset(main_.mapped + part.first, 0, part.bytes);
 }
 
 const std::byte* Buffer::read(std::size_t bytes) {

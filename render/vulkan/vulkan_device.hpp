@@ -124,11 +124,12 @@ class Buffer : NotCopyable {
   std::size_t bytes() const { return bytes_; }
   void upload(std::span<const std::byte> data);
   void clear();  ///< all zero; needs TRANSFER_DST usage
-  /// A part of the buffer, bytes; both multiples of 4.
+  /// A part of the buffer, bytes.
   struct Part {
     std::size_t first = 0, bytes = 0;
   };
-  /// Sets these parts to zero and leaves the rest as it is; needs TRANSFER_DST usage.
+  /// Sets these parts to zero, or all where the host does not reach the memory: one command is cheaper than
+  /// hundreds. Needs TRANSFER_DST usage.
   void clear(std::span<const Part> parts);
   template <class T>
   void upload(const std::vector<T>& data) {

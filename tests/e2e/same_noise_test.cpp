@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A rig whose "real" images this program has rendered with the default seed, as everyone does who tries it
-// out: the run's own images must have other noise, or they differ by far less than any noise budget says. |
-// tolerance | origin |
+// out: the run's own images must have other noise, or they differ by far less than any noise budget says.
+//
+// | tolerance | origin |
 // |---|---|
 // | none | verdicts and seeds |
 #include <gmock/gmock.h>

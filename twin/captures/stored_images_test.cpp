@@ -89,7 +89,7 @@ TEST_F(StoredImagesTest, ComeAsTheyAreStored) {
 
 TEST_F(StoredImagesTest, RadianceComesAsItIsStored) {
   left_.radiance = true;
-  left_.images[1].floats().data.back() = 0.125f;
+  left_.images[1].as_floats().back() = 0.125f;
   left_.white.reset();
   write_camera_radiance(set(), left_);
   write_capture_toml(set(), {&left_}, {}, "exr");
@@ -98,6 +98,7 @@ TEST_F(StoredImagesTest, RadianceComesAsItIsStored) {
   EXPECT_EQ(read.file_bits, 32);
   ASSERT_EQ(read.images.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(read.images[i].floats().data, left_.images[i].floats().data);
+  EXPECT_EQ(read.images[1].floats().data.back(), 0.125f);
 }
 
 TEST_F(StoredImagesTest, TheColourOfASetIsTaken) {

@@ -50,7 +50,8 @@ class GrayImage {
     for (const std::uint16_t v : words_) use(static_cast<float>(v));
     for (const float v : floats_) use(v);
   }
-  /// Keeps the values as floats from now on and returns them, to be written.
+  /// Keeps the values as floats from now on and returns them, to be written. Several threads may call it at a
+  /// time where they are floats already; else nobody else may read the image meanwhile.
   std::vector<float>& as_floats();
   /// Returns the value of one pixel, to be written, as as_floats() does.
   float& writable(int x, int y) { return as_floats()[index(x, y)]; }
