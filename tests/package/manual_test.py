@@ -142,9 +142,21 @@ class Zsh:
             os.chdir(scratch)
             os.execvpe("zsh", ["zsh", "-f", "-i"], {**os.environ, "TERM": "dumb", "HOME": scratch, "PS1": ""})
         # a line must be done before the next is typed, as typing ahead is echoed by the terminal
-        for line in ("stty cols 300 rows 200", "unsetopt zle_bracketed_paste prompt_sp; LISTMAX=1000; fpath=($PWD $fpath)",
-                     "autoload -Uz compinit; compinit -u -D", "zstyle ':completion:*' verbose no"):
-            self.answer(line + "\n")
+        for number, line in enumerate((
+                "stty cols 300 rows 200", "unsetopt zle_bracketed_paste prompt_sp; LISTMAX=1000; fpath=($PWD $fpath)",
+                "autoload -Uz compinit; compinit -u -D", "zstyle ':completion:*' verbose no")):
+            self.do(line, number)
+
+    def do(self, line, number, most_s=60):
+        """Types a line and waits until the shell has done it: it then prints what no echo of the line holds."""
+        os.write(self.terminal, f"{line}; print done-$((100 + {number}))\n".encode())
+        text, end = "", time.monotonic() + most_s
+        while f"done-{100 + number}" not in text:
+            if not select.select([self.terminal], [], [], max(0.0, end - time.monotonic()))[0]:
+                sys.exit(f"zsh did not do this within {most_s} s: {line}\n{text}")
+            text += os.read(self.terminal, 65536).decode(errors="replace")
+        while select.select([self.terminal], [], [], 0.3)[0]:  # the prompt
+            os.read(self.terminal, 65536)
 
     def answer(self, keys, silence_s=0.7):
         """What the shell writes until it is silent for so long."""
