@@ -54,15 +54,15 @@ struct DrawnPixels {
       }
     return out;
   }
-  std::vector<ImageF> images(double level_dn, int n, double flicker) {
-    std::vector<ImageF> out;
+  std::vector<GrayImage> images(double level_dn, int n, double flicker) {
+    std::vector<GrayImage> out;
     std::normal_distribution<double> normal;
     for (int k = 0; k < n; ++k) out.push_back(image(level_dn * (1.0 + flicker * normal(random))));
     return out;
   }
 };
 
-ImageF mean_of(const std::vector<ImageF>& images) {
+ImageF mean_of(const std::vector<GrayImage>& images) {
   ImageF mean(images[0].width, images[0].height, 0.0F);
   for (const GrayImage& image : images)
     for (std::size_t i = 0; i < mean.size(); ++i)
@@ -70,7 +70,7 @@ ImageF mean_of(const std::vector<ImageF>& images) {
   return mean;
 }
 
-std::optional<PixelMapEstimate> factors_of(const std::vector<ImageF>& flat, const TrueSensor& sensor,
+std::optional<PixelMapEstimate> factors_of(const std::vector<GrayImage>& flat, const TrueSensor& sensor,
                                            const PixelMapEstimate* offsets,
                                            const CameraResponse& response = {}) {
   const FlatField field = fit_flat_field(mean_of(flat), sensor.black_dn, 255.0, "left");
@@ -136,7 +136,7 @@ TEST(PixelMaps, ClippedPixelsAreUnknown) {
   DrawnPixels drawn{.dsnu_dn = 0.0};
   drawn.draw_pixels();
   for (int x = 100; x < 120; ++x) drawn.factor(x, 77) = 3.0F;
-  std::vector<ImageF> flat = drawn.images(kLevelDn, 16, 0.0);
+  std::vector<GrayImage> flat = drawn.images(kLevelDn, 16, 0.0);
   const auto factors = factors_of(flat, drawn.sensor, nullptr);
   ASSERT_TRUE(factors);
   EXPECT_EQ(factors->n_unknown, 20u);
