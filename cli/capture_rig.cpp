@@ -17,6 +17,7 @@
 #include "cli/render_flags.hpp"
 #include "compare/result/provenance.hpp"
 #include "cosim/load.hpp"
+#include "cosim/other_noise.hpp"
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 
@@ -81,7 +82,7 @@ OpenedRig open_simulated(const Twin& twin, const std::string& file, const RigFla
   const Twin rig = stand_in(twin, file);
   const render::Sampling sampling = render::choose_sampling(rig, cosim::render_options(rig, flags.render));
   render::Renderer renderer(flags.render.device);
-  capture::SimulatedOptions simulated{.seed = flags.render.seed.value_or(0),
+  capture::SimulatedOptions simulated{.seed = flags.render.seed.value_or(cosim::kDefaultSeed),
                                       .latency_ms = flags.simulated_latency_ms};
   say(fmt::format("renders what the rig of {} will see", file));
   const capture::SimulatedRig devices(rig, sampling, renderer, simulated);

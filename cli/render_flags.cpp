@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/option_groups.hpp"
+#include "cosim/other_noise.hpp"
 #include "render/renderer.hpp"
 #include "twin/base/errors.hpp"
 
@@ -53,7 +54,7 @@ void add_render_flags(CLI::App& sub, cosim::RenderRequest& request) {
   sub.add_option("--seed", request.seed, "Seed of noise and random samplers")
       ->type_name("N")
       ->check(in_range(0.0, 18446744073709551615.0, "0 ... 2^64 - 1"))
-      ->default_str("0");
+      ->default_str(std::to_string(cosim::kDefaultSeed));
   begin_group(sub, kComputing);
   sub.add_option("--device", request.device, "A part of a Vulkan device's name, or \"list\"")
       ->type_name("NAME")

@@ -15,12 +15,10 @@
 namespace fringetwin::cosim {
 namespace {
 
-std::vector<CameraImages> load_listed(Run& run, const std::filesystem::path& dir,
-                                      std::optional<std::uint64_t>* rendered_seed = nullptr) {
+Captures load_listed(Run& run, const std::filesystem::path& dir) {
   Captures captures = load_captures(run.twin, dir);
   run.capture_files.insert(run.capture_files.end(), captures.files.begin(), captures.files.end());
-  if (rendered_seed) *rendered_seed = captures.rendered_seed;
-  return std::move(captures.cameras);
+  return captures;
 }
 
 /// Returns the irradiance (EXR) of the simulated set or of the one beside its PNGs; empty where there is
@@ -29,7 +27,7 @@ std::vector<CameraImages> load_irradiance(Run& run, const std::filesystem::path&
   if (run.simulated.images.empty()) return {};
   if (run.simulated.images.front().radiance) return run.simulated.images;
   const std::filesystem::path beside = dir / "radiance";
-  return std::filesystem::exists(beside / "capture.toml") ? load_listed(run, beside)
+  return std::filesystem::exists(beside / "capture.toml") ? load_listed(run, beside).cameras
                                                           : std::vector<CameraImages>();
 }
 
@@ -40,9 +38,10 @@ Run measure_both(const CompareRequest& request) {
   run.timer.start("load");
   run.twin = load_for_run(request.twin);
   run.options.use_steps = left_over_steps(run.twin);
-  run.real.images = load_listed(run, request.real, &run.real_seed);
-  std::optional<std::uint64_t> simulated_seed;
-  run.simulated.images = load_listed(run, request.simulated, &simulated_seed);
+  Captures real = load_listed(run, request.real), simulated = load_listed(run, request.simulated);
+  run.real.images = std::move(real.cameras);
+  run.real_seed = real.rendered_seed;
+  run.simulated.images = std::move(simulated.cameras);
   run.simulated.irradiance = load_irradiance(run, request.simulated);
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
@@ -64,7 +63,7 @@ Run measure_both(const CompareRequest& request) {
   run.timer.stop();
   add_to_warnings(run, doubts_about_real_side(run));
   add_brightness_warnings(run);
-  add_first_warning(run, same_noise_warning(run.twin, run.real_seed, simulated_seed));
+  add_first_warning(run, same_noise_warning(run.twin, run.real_seed, simulated.rendered_seed));
   return run;
 }
 

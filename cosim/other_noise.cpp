@@ -9,8 +9,6 @@
 namespace fringetwin::cosim {
 namespace {
 
-constexpr std::uint64_t kDefaultSeed = 0;
-
 bool has_noise(const Twin& twin) {
   return std::ranges::any_of(twin.cameras, [](const Camera& camera) { return camera.sensor.has_noise(); });
 }

@@ -12,6 +12,9 @@
 
 namespace fringetwin::cosim {
 
+/// The seed of noise and random samplers where none is asked for.
+inline constexpr std::uint64_t kDefaultSeed = 0;
+
 /// How the capture.toml of rendered images begins to say who made them.
 inline constexpr const char* kRenderedBy = "fringetwin renderer on ";
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cosim/load.hpp"
+#include "cosim/other_noise.hpp"
 #include "render/sensor/all_cameras.hpp"
 #include "render/sensor/sensor.hpp"
 #include "twin/base/errors.hpp"
@@ -96,7 +97,7 @@ Simulated simulate(const Twin& twin, const RenderRequest& request, render::Rende
   const render::Sampling sampling = render::choose_sampling(twin, render_options(twin, request));
   Simulated out;
   out.rendering.device = renderer.device().name;
-  const std::uint64_t seed = request.seed.value_or(0);
+  const std::uint64_t seed = request.seed.value_or(kDefaultSeed);
   out.rendering.seed = seed;
   Progress progress("render", twin.cameras.size());
   std::vector<render::RenderedCamera> rendered =

@@ -19,7 +19,7 @@ struct RenderRequest {
   std::optional<int> samples;
   std::optional<std::string> sampler;  ///< adaptive | gauss | multi-jittered | sobol
   std::optional<double> phase_error_rad, gray_error;
-  std::optional<std::uint64_t> seed;  ///< none: 0, unless the real images have the noise of that
+  std::optional<std::uint64_t> seed;  ///< none: kDefaultSeed (other_noise.hpp), or what choose_seed() says
   std::string device;                 ///< a part of its name; empty = the default
 };
 
