@@ -76,6 +76,12 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
   return own;
 }
 
+/// Returns what the noise of a measured shape does to the shading of each pixel; nothing without one.
+ShadingNoise shading_noise(const ShapeInView& shape) {
+  if (!shape.noise) return {};
+  return {[shape](std::size_t pixel) { return shape.noise->shading_at(shape.camera, pixel); }, shape.ambient};
+}
+
 /// What causes are fitted to, a camera each: the images that the gain is fitted on, and those with the images
 /// of a code; the latter empty where no camera has more.
 struct CauseSamples {
@@ -135,7 +141,10 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
       continue;
     }
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
-    const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise);
+    const OwnOfPixels own = own_of_pixels(twin, options, c);
+    const ShapeInView shape{options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0};
+    const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise,
+                                    shading_noise(shape_in_budget(shape, own)));
     if (budget) out.gray_budget.push_back(*budget);
     if (budget && !budget->waveform.empty())
       out.warnings.push_back(pair.camera->name + ": " + budget->waveform);
@@ -149,8 +158,6 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     const ImageU8 interior = interior_mask(pair.mask, real_decode, simulated_decode);
     RenderingError rendering = rendering_error(*pair.camera, options.rendered, fit.row.gain_dn);
     add_bounces(twin, options, c, fit.row.gain_dn, rendering);
-    const OwnOfPixels own = own_of_pixels(twin, options, c);
-    const ShapeInView shape{options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0};
     ExplainedRow row = explain_gray(pair, fit, noise, interior, simulated_decode, rendering,
                                     rig ? RigVariance{&rig->irradiance[c], rig->line} : RigVariance{},
                                     seen_pixels(real_decode, simulated_decode), own, shape);

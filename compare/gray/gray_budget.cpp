@@ -39,6 +39,7 @@ struct Value {
   double noise_dn2;  ///< predicted variance
 };
 struct Pixel {
+  std::size_t place = 0;
   double noise_dn2 = 0.0;  ///< mean predicted variance of its gray values
   double scale = 1.0;      ///< albedo factor
   double level_dn = 0.0;   ///< mean of scale * predicted: local gray above black
@@ -54,8 +55,9 @@ struct Phases {
 
 class GrayBudgetFit {
  public:
-  GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const GrayNoise& noise)
-      : pair_(pair), fit_(fit), phases_(phases), noise_(noise) {}
+  GrayBudgetFit(const GrayPair& pair, const GainFit& fit, const Phases& phases, const GrayNoise& noise,
+                const ShadingNoise& shading)
+      : pair_(pair), fit_(fit), phases_(phases), noise_(noise), shading_(shading) {}
 
   GrayBudget run() {
     collect();
@@ -68,7 +70,7 @@ class GrayBudgetFit {
     budget_.noise_dn2 = noise / n;
     budget_.total_dn2 = sum_of_squares() / n;
 
-    const double after_gain = sum_of_squares();
+    const double after_gain = sum_of_squares(), shaded = predicted_shading();
     const double albedo_freedom = remove_albedo();
     const double after_albedo = sum_of_squares();
     remove_harmonics();
@@ -77,6 +79,7 @@ class GrayBudgetFit {
     const double left = sum_of_squares();
 
     budget_.albedo_dn2 = (after_gain - after_albedo - albedo_freedom) / n;
+    budget_.shading_dn2 = std::clamp(shaded / n, 0.0, std::max(0.0, budget_.albedo_dn2));
     budget_.harmonics_dn2 = (after_albedo - after_harmonics) / n;
     budget_.higher_orders_dn2 = budget_.harmonics_dn2 - budget_.contrast_dn2;
     budget_.geometry_dn2 = (after_harmonics - left - geometry_freedom) / n;
@@ -88,7 +91,7 @@ class GrayBudgetFit {
  private:
   /// Collects the values of a pixel; none when it has fewer than four usable values.
   Pixel collect_pixel(std::size_t i) const {
-    Pixel pixel;
+    Pixel pixel{.place = i};
     const UsableRange& u = fit_.usable;
     for (int image : pair_.gain_images) {
       const PatternSpec& pattern = pair_.patterns[image];
@@ -131,6 +134,23 @@ class GrayBudgetFit {
     double sum = 0.0;
     for (const Pixel& pixel : pixels_)
       for (const Value& v : pixel.values) sum += v.residual * v.residual;
+    return sum;
+  }
+
+  /// Returns the sum of squares that a factor of gain E per pixel is to remove of what the noise of a
+  /// measured shape's normals makes: of the projector's light alone, s gain (E - ambient).
+  double predicted_shading() const {
+    if (!shading_.at) return 0.0;
+    const double room_dn = fit_.row.gain_dn * shading_.ambient;
+    double sum = 0.0;
+    for (const Pixel& pixel : pixels_) {
+      double op = 0.0, pp = 0.0;
+      for (const Value& v : pixel.values) {
+        op += (v.predicted - room_dn) * v.predicted;
+        pp += v.predicted * v.predicted;
+      }
+      if (pp > 0.0) sum += std::pow(shading_.at(pixel.place) * op, 2) / pp;
+    }
     return sum;
   }
 
@@ -308,6 +328,7 @@ class GrayBudgetFit {
   const GainFit& fit_;
   Phases phases_;
   const GrayNoise& noise_;
+  const ShadingNoise& shading_;
   int steps_ = 1;
   std::vector<Pixel> pixels_;
   GrayBudget budget_;
@@ -316,12 +337,13 @@ class GrayBudgetFit {
 }  // namespace
 
 std::optional<GrayBudget> gray_budget(const GrayPair& pair, const GainFit& fit, const CameraDecode* real,
-                                      const CameraDecode* simulated, const GrayNoise& noise) {
+                                      const CameraDecode* simulated, const GrayNoise& noise,
+                                      const ShadingNoise& shading) {
   const bool has_steps =
       std::ranges::any_of(pair.gain_images, [&](int i) { return !pair.patterns[i].is_gray(); });
   if (!has_steps || (!real && !simulated)) return std::nullopt;
   GrayBudget budget =
-      GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise).run();
+      GrayBudgetFit(pair, fit, {real ? real : simulated, simulated ? simulated : real}, noise, shading).run();
   if (budget.n == 0) return std::nullopt;
   budget.camera = pair.camera->name;
   budget.noise_source = noise.source();

@@ -18,8 +18,9 @@ using testing::FittedGray;
 using testing::SidesTruth;
 using testing::SyntheticSides;
 
-GrayBudget budget_of(const FittedGray& gray, const GrayNoise& noise) {
-  const auto budget = gray_budget(gray.pair, gray.fit, gray.real_decode(), gray.simulated_decode(), noise);
+GrayBudget budget_of(const FittedGray& gray, const GrayNoise& noise, const ShadingNoise& shading = {}) {
+  const auto budget =
+      gray_budget(gray.pair, gray.fit, gray.real_decode(), gray.simulated_decode(), noise, shading);
   EXPECT_TRUE(budget.has_value());
   return budget.value();
 }
@@ -76,6 +77,41 @@ TEST(GrayBudget, AlbedoIsFound) {
   EXPECT_NEAR(b.albedo_sigma, 0.05, 0.004);
   EXPECT_NEAR(b.rest_dn2 / b.total_dn2, 0.0, 0.03);
   EXPECT_NEAR(b.harmonics_dn2 / b.total_dn2, 0.0, 0.03);
+}
+
+// Of factors that scatter by 5 % per pixel the noise of a shape predicts 3 %: that is no reflectivity.
+TEST(GrayBudget, ShadingByTheNoiseOfAShapeStandsByItself) {
+  SidesTruth t = unclipped_truth(8);
+  t.albedo_sigma = 0.05;
+  const FittedGray gray(testing::make_sides(t));
+  const auto of_shading = [&](double relative, double ambient) {
+    return budget_of(gray, gray.noise(), {[relative](std::size_t) { return relative; }, ambient});
+  };
+  const GrayBudget without = budget_of(gray, gray.noise()), with = of_shading(0.03, 0.0);
+  EXPECT_EQ(without.shading_dn2, 0.0);
+  EXPECT_NEAR(with.shading_dn2 / (0.03 * 0.03 * mean_square_signal(t, 1.5)), 1.0, 0.02);
+  EXPECT_EQ(with.albedo_dn2, without.albedo_dn2);
+  // more than there is in all cannot be part of it
+  const GrayBudget too_much = of_shading(0.2, 0.0);
+  EXPECT_EQ(too_much.shading_dn2, too_much.albedo_dn2);
+}
+
+// Normals shade the light of the projector alone: of s (E - a) a factor on E removes s (E - a).E / E.E, where
+// E = L (1 + cos) over the steps has E.E = 1.5 L^2 and a.E = a L.
+TEST(GrayBudget, NormalsDoNotShadeTheLightOfTheRoom) {
+  constexpr double kShading = 0.03, kAmbient = 0.2;
+  SidesTruth t = unclipped_truth(8);
+  t.albedo_sigma = 0.05;
+  const FittedGray gray(testing::make_sides(t));
+  double sum = 0.0, n = 0.0;
+  for (int y = 0; y < t.height; ++y)
+    for (int x = 0; x < t.width; ++x)
+      if (testing::is_lit(t, x, y)) {
+        const double level = 0.5 * testing::weight_at(t, x, y);
+        sum += std::pow(t.gain_dn * kShading * (1.5 * level - kAmbient), 2) / 1.5, n += 1.0;
+      }
+  const GrayBudget b = budget_of(gray, gray.noise(), {[](std::size_t) { return kShading; }, kAmbient});
+  EXPECT_NEAR(b.shading_dn2 / (sum / n), 1.0, 0.02);
 }
 
 TEST(GrayBudget, ProjectorHarmonicIsFoundWithItsOrder) {

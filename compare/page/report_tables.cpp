@@ -91,6 +91,19 @@ struct Part {
   double square = 0.0;
 };
 
+/// Adds what one factor per pixel removes of a gray budget: of that what the noise of a measured shape
+/// predicts stands by itself, for it is no reflectivity of the part.
+void add_factor_parts(const GrayBudget& b, std::vector<Part>& parts) {
+  const std::string what = fmt::format("removed by one factor per pixel on gain · E (robust spread {} %)",
+                                       number(100.0 * b.albedo_sigma, 3));
+  if (!(b.shading_dn2 > 0.0)) return parts.push_back({"albedo, shading", what, b.albedo_dn2});
+  parts.push_back({"shading by the shape's noise",
+                   "predicted from the noise of the depth map that the shape was built from: no reflectivity "
+                   "of the part",
+                   b.shading_dn2});
+  parts.push_back({"albedo, other shading", what + ", but for the line above", b.albedo_dn2 - b.shading_dn2});
+}
+
 /// Tabulates the parts with their roots and their shares of the last one, the total. `columns`: what the
 /// square and its root are; `text`: prints a square; `digits`: of a root.
 template <class Text>
@@ -209,7 +222,8 @@ std::string gain_table_html(const Comparison& c) {
   report::Table table = field_table(c.gain);
   table.caption =
       "DN = gain · E + black level, Huber fit over all usable gray values of the phase steps; before = the "
-      "twin's own sensor values.";
+      "twin's own sensor values. Where the twin gives a camera a response that is not straight, the gray "
+      "values have been straightened by its inverse, and the gain is its slope at the origin.";
   return table.html() +
          "<p>σ inflation is the standard error of the gain with spatial correlation (blocks of 32 × 32 px, "
          "all images of a block together) over the one for independent gray values. Far above 1 means that "
@@ -223,22 +237,21 @@ std::string gain_table_html(const Comparison& c) {
 std::string budget_html(const Comparison& c) {
   std::string html;
   for (const GrayBudget& b : c.gray_budget) {
-    const report::Table table = part_table(
-        fmt::format("Camera {}: variance of real − fitted gray values, split (n = {} values of {} pixels)",
-                    b.camera, report::count(b.n), report::count(b.n_pixels)),
-        {"variance", "DN²"}, {"rms", "DN"},
-        {{"noise", "predicted: " + b.noise_source, b.noise_dn2},
-         {"albedo, shading",
-          fmt::format("removed by one factor per pixel on gain · E (robust spread {} %)",
-                      number(100.0 * b.albedo_sigma, 3)),
-          b.albedo_dn2},
-         {"fringe contrast", "removed by a common offset and fundamental of the phase", b.contrast_dn2},
+    std::vector<Part> parts{{"noise", "predicted: " + b.noise_source, b.noise_dn2}};
+    add_factor_parts(b, parts);
+    parts.insert(
+        parts.end(),
+        {{"fringe contrast", "removed by a common offset and fundamental of the phase", b.contrast_dn2},
          {"projector harmonics", "removed by common orders 2…6 of the phase", b.higher_orders_dn2},
          {"geometry", "removed by one shift of the projector coordinate per pixel", b.geometry_dn2},
          {"rest", "not explained by the above", b.rest_dn2},
-         {"total", "", b.total_dn2}},
-        [](double v) { return fixed(v, 4); }, 3);
-    html += table.html();
+         {"total", "", b.total_dn2}});
+    html += part_table(
+                fmt::format(
+                    "Camera {}: variance of real − fitted gray values, split (n = {} values of {} pixels)",
+                    b.camera, report::count(b.n), report::count(b.n_pixels)),
+                {"variance", "DN²"}, {"rms", "DN"}, parts, [](double v) { return fixed(v, 4); }, 3)
+                .html();
     std::string orders;
     for (std::size_t k = 0; k < b.harmonic_amplitude.size(); ++k)
       orders += fmt::format("{}{}: {} %", k == 0 ? "" : ", ", k, number(100.0 * b.harmonic_amplitude[k], 3));

@@ -166,7 +166,7 @@ struct GrayBudget {
   std::string camera;
   std::string noise_source;
   double total_dn2 = 0, noise_dn2 = 0, albedo_dn2 = 0, harmonics_dn2 = 0, geometry_dn2 = 0, rest_dn2 = 0;
-  double contrast_dn2 = 0, higher_orders_dn2 = 0;
+  double shading_dn2 = 0, contrast_dn2 = 0, higher_orders_dn2 = 0;
   double noise_offset_dn2 = 0, noise_per_dn = 0;
   double albedo_sigma = 0;
   std::vector<double> harmonic_amplitude;  ///< of order 0...6
@@ -184,6 +184,11 @@ struct GrayBudget {
     f.add("geometry_dn2", "part that one shift of the projector coordinate per pixel removes",
           &Row::geometry_dn2);
     f.add("rest_dn2", "part that none of the others explains", &Row::rest_dn2);
+    f.positive("shading_dn2",
+               "of that part: what the noise of a measured shape's normals predicts, no reflectivity of the "
+               "part; 0 without such a shape",
+               &Row::shading_dn2)
+        .not_required();
     f.add("contrast_dn2", "of the harmonics: orders 0 and 1, contrast and offset of the fringe",
           &Row::contrast_dn2)
         .not_required();
