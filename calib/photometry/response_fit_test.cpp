@@ -5,6 +5,7 @@
 // | tolerance | unit     | origin                                                                           |
 // |-----------|----------|----------------------------------------------------------------------------------|
 // | 3 sigma   | of fit   | its own standard errors                                                          |
+// | 0.55      | of chi2  | of 80 draws: 3.5 sigma of a mean of 80 squares, four numbers                     |
 // | 0.19      | DN       | held-out rms: 0.12 of noise 0.05 DN and image light 0.1 % (105 DN rms, bent),
 // times | |           |          | sqrt(1 + 11/24) for 11 numbers fitted to 24 images; 3 sigma of 24 draws of
 // light   |
@@ -13,7 +14,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 #include <random>
+#include <utility>
 
 namespace fringetwin::calib::response_fit_test {
 namespace {
@@ -21,8 +24,8 @@ namespace {
 constexpr double kBlack = 4.0, kPerMs = 50.0, kDelayMs = 0.05, kKnee = 120.0, kSlope = 0.8;
 
 /// 48 exposures of 40 blocks whose light differs by 10 %.
-std::vector<ExposedBlocks> series(double slope) {
-  std::mt19937 random(5);
+std::vector<ExposedBlocks> series(double slope, unsigned seed = 5) {
+  std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::vector<ExposedBlocks> out;
   for (int k = 0; k < 48; ++k) {
@@ -49,6 +52,22 @@ TEST(ResponseFit, FindsThePlantedKnee) {
   EXPECT_NEAR(fit->delay_ms.value, kDelayMs, 3.0 * fit->delay_ms.sigma);
   EXPECT_LT(fit->held_out_rms_dn, 0.19);
   EXPECT_LT(fit->held_out_rms_own_light_dn, fit->held_out_rms_dn);
+}
+
+TEST(ResponseFit, ItsSigmasAreThoseOfManyDraws) {
+  constexpr unsigned kDraws = 80;
+  const std::pair<const char*, double> planted[] = {
+      {"knee", kBlack + kKnee}, {"slope", kSlope}, {"DN per ms", kPerMs}, {"delay", kDelayMs}};
+  double squares[std::size(planted)] = {};
+  for (unsigned seed = 0; seed < kDraws; ++seed) {
+    const auto fit = fit_response(series(kSlope, 1000 + seed), kBlack, "test");
+    ASSERT_TRUE(fit && fit->has_knee) << seed;
+    const Estimate found[] = {fit->knee_dn, fit->knee_slope_ratio, fit->dn_per_ms, fit->delay_ms};
+    for (std::size_t k = 0; k < std::size(planted); ++k)
+      squares[k] += std::pow((found[k].value - planted[k].second) / found[k].sigma, 2) / kDraws;
+  }
+  for (std::size_t k = 0; k < std::size(planted); ++k)
+    EXPECT_NEAR(squares[k], 1.0, 3.5 * std::sqrt(2.0 / kDraws)) << planted[k].first;
 }
 
 TEST(ResponseFit, FindsNoKneeInAStraightLine) {

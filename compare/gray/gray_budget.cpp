@@ -91,7 +91,8 @@ class GrayBudgetFit {
  private:
   /// Collects the values of a pixel; none when it has fewer than four usable values.
   Pixel collect_pixel(std::size_t i) const {
-    Pixel pixel{.place = i};
+    Pixel pixel;
+    pixel.place = i;
     const UsableRange& u = fit_.usable;
     for (int image : pair_.gain_images) {
       const PatternSpec& pattern = pair_.patterns[image];
