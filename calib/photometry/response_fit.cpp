@@ -98,9 +98,10 @@ std::vector<double> corners(const Images& images, double knee) {
   return x;
 }
 
-Model fit_model(const Images& images, double black_dn, double knee) {
+/// `all`: the series that the corners follow.
+Model fit_model(const Images& images, double black_dn, double knee, const Images& all) {
   Model m;
-  m.x = corners(images, knee);
+  m.x = corners(all, knee);
   const std::size_t n_blocks = images[0].level_dn.size();
   m.light.assign(n_blocks, 1.0);
   const ExposedBlocks& longest = images.back();
@@ -127,15 +128,15 @@ double knee_ratio(const Kneed& k) {
 }
 
 /// Returns the fit whose slopes before and behind the knee differ most, between places by a parabola.
-Kneed fit_kneed(const Images& images, double black_dn) {
-  const double low = images[2 * kImagesPerPiece].exposure_ms,
-               high = images[images.size() - 1 - kImagesPerPiece].exposure_ms,
+Kneed fit_kneed(const Images& images, double black_dn, const Images& all) {
+  const double low = all[2 * kImagesPerPiece].exposure_ms,
+               high = all[all.size() - 1 - kImagesPerPiece].exposure_ms,
                step = (high - low) / (kKneePlaces - 1);
   std::array<double, kKneePlaces> bends{};
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t i = 0; i < kKneePlaces; ++i) {
     const double at = low + step * static_cast<double>(i);
-    bends[i] = std::abs(std::log(knee_ratio({fit_model(images, black_dn, at), at})));
+    bends[i] = std::abs(std::log(knee_ratio({fit_model(images, black_dn, at, all), at})));
   }
   const auto best = static_cast<std::size_t>(std::ranges::max_element(bends) - bends.begin());
   double at = low + step * static_cast<double>(best);
@@ -143,7 +144,7 @@ Kneed fit_kneed(const Images& images, double black_dn) {
     const double a = bends[best - 1], b = bends[best], c = bends[best + 1], bend = a - 2.0 * b + c;
     if (bend < 0.0) at += 0.5 * step * (a - c) / bend;
   }
-  return {fit_model(images, black_dn, at), at};
+  return {fit_model(images, black_dn, at, all), at};
 }
 
 CameraResponse response_of(const Model& m) {
@@ -164,13 +165,15 @@ std::vector<double> numbers_of(const Kneed& k, double black_dn, const CameraResp
   return out;
 }
 
+/// Returns the standard errors by leaving out every eighth image in turn. The corners stay where all images
+/// have them: moved with the images that are left, they alone scatter the numbers more than noise does.
 std::vector<double> jackknife(const Images& images, double black_dn, const CameraResponse& at) {
   std::vector<std::vector<double>> rows;
   for (int g = 0; g < kGroups; ++g) {
     Images some;
     for (std::size_t k = 0; k < images.size(); ++k)
       if (static_cast<int>(k % kGroups) != g) some.push_back(images[k]);
-    rows.push_back(numbers_of(fit_kneed(some, black_dn), black_dn, at));
+    rows.push_back(numbers_of(fit_kneed(some, black_dn, images), black_dn, at));
   }
   std::vector<double> sigma;
   for (std::size_t i = 0; i < rows[0].size(); ++i) {
@@ -211,7 +214,7 @@ double own_factor(const ExposedBlocks& image, const Model& m, double black_dn) {
 void predict_held_out(const Images& images, double black_dn, ResponseFit& out) {
   Images fitted, others;
   for (std::size_t k = 0; k < images.size(); ++k) (k % 2 == 0 ? fitted : others).push_back(images[k]);
-  const Model m = fit_kneed(fitted, black_dn).model;
+  const Model m = fit_kneed(fitted, black_dn, fitted).model;
   double squares = 0.0, own = 0.0, n_all = 0.0, n = 0.0;
   for (const ExposedBlocks& image : others) {
     const double factor = own_factor(image, m, black_dn);
@@ -251,7 +254,7 @@ std::optional<ResponseFit> fit_response(Images images, double black_level_dn, co
   });
   if (images.size() < kFewestExposures) return std::nullopt;
   std::ranges::sort(images, {}, &ExposedBlocks::exposure_ms);
-  const Kneed all = fit_kneed(images, black_level_dn);
+  const Kneed all = fit_kneed(images, black_level_dn, images);
   for (std::size_t p = 0; p + 1 < all.model.x.size(); ++p)
     if (!(all.model.slope(p) > 0.0))
       throw UserError(ExitCode::input, where,
