@@ -239,8 +239,20 @@ Twin twelve_steps(Twin twin, bool gray_code) {
 // Fringes that are no sinusoids beside those that are, in turns.
 void compare_fringes(const std::string& name, const Twin& base) {
   const Harmonics five{{0.004, -0.011}, {-0.003, 0.008}, {0.001, 0.005}, {0.002, -0.003}, {-0.001, 0.002}};
+  const auto flicker = [](Twin& t) {
+    std::vector<double>& factors = t.projector->light_factors;
+    factors.assign(expand_sequence(t.fringes).size(), 1.0);
+    for (std::size_t k = 0; k < factors.size(); ++k) factors[k] = k % 2 == 0 ? 1.02 : 1.0 / 1.02;
+  };
   const std::vector<Effect> fringes{{"harmonics 2 to 6",
                                      [&](Twin& t) {
+                                       for (DirectionFringes& d : t.fringes.directions)
+                                         d.harmonics.assign(d.pitches_px.size(), five);
+                                     }},
+                                    {"light of each image", flicker},
+                                    {"light and harmonics",
+                                     [&](Twin& t) {
+                                       flicker(t);
                                        for (DirectionFringes& d : t.fringes.directions)
                                          d.harmonics.assign(d.pitches_px.size(), five);
                                      }},

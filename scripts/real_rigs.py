@@ -21,22 +21,26 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-# name of the set; twin under datasets/; where the twin comes from; options of cosim; what more is refined where all images are
-# fitted: waveforms of single images are told by all steps only
+# name of the set; twin under datasets/; where the twin comes from, and what of it held-out images have told; options of cosim; what
+# more is refined where all images are fitted: waveforms of single images are told by all steps only
 RUNS = [
     ("slmaster-mono-relief", "slmaster-mono-relief/twin.toml",
      "calibration of the set; the shape from the images' own depth map, contrast and room light from its pixels (datasets/README.md)",
+     "contrast and room light of the twin; the shape is built in each fold from the steps that are fitted",
      ["--hold-out", "3", "--refine", "exposure,light,image_shift,harmonics,harmonics_field,harmonics_high,raster,texture,offset"],
      "image_harmonics"),
     ("cpsd-plane-4freq12step", "cpsd-plane-4freq12step/twin-rig.toml",
      "no calibration: a relative rig solved from the set's own phase, whose lengths mean nothing (datasets/README.md)",
+     "where the projector's columns lie, and the lenses",
      ["--hold-out", "3", "--refine", "exposure,contrast,blur,projector.blur_field_px2.u,projector.blur_field_px2.v,harmonics,harmonics_high,texture,texture_spread,"
       "offset"], None),
     ("slsdk-stereo-statue", "slsdk-stereo-statue/twin-rig.toml",
      "stereo calibration of the set, whose cameras measure the shape; the projector solved from that shape by `calibrate --projector-from` (docs/CALIBRATION.md)",
+     "the projector; the shape is built in each fold from the steps that are fitted",
      ["--hold-out", "4", "--refine", "exposure,texture,offset"], None),
     ("kamino-procam-board", "kamino-procam-board/twin-board.toml",
      "joint calibration of the set's five board poses; the sheet a mesh from the set's own code, which bulges (datasets/README.md)",
+     "the sheet's shape, the projector's focal length and centre, the blur and halo that the fit starts from",
      ["--hold-out", "5", "--refine", "blur,halo,texture,offset"], None),
 ]
 
@@ -134,7 +138,7 @@ def main():
     args = parser.parse_args()
     captures = pathlib.Path(os.environ.get("FRINGETWIN_CAPTURES", ROOT.parent / "shared/captures"))
     rows, sections, missing = [], [], []
-    for name, twin, origin, options, more in RUNS:
+    for name, twin, origin, told, options, more in RUNS:
         if args.only and name not in args.only:
             row, section = kept(args.page, name)
             if row:
@@ -152,12 +156,13 @@ def main():
         if more:
             fit = ["--refine", f"{options[options.index('--refine') + 1]},{more}"]
             of_held_out = explained(result)
-            result, seconds = run(args.program, twin, fit, out, captures)
+            result, more_seconds = run(args.program, twin, fit, out, captures)
+            seconds += more_seconds
             commands += f"{of_held_out}\n\nAll images fitted, which the table's other columns are of: `fringetwin cosim datasets/{twin} {' '.join(fit)}`\n"
         rows.append(row_of(name, ratio, result, seconds))
         image = picture(out, name) if args.page else None
         shown = f"\n\n![gray difference of {name}, mean of its images](images/{image})" if image else ""
-        sections.append(f"## {name}\nTwin: `datasets/{twin}`: {origin}. Run with {version_of(args.program)}.\n{commands}{explained(result)}{shown}\n")
+        sections.append(f"## {name}\nTwin: `datasets/{twin}`: {origin}. Told by images that are held out, too: {told}. Run with {version_of(args.program)}.\n{commands}{explained(result)}{shown}\n")
     if not rows:
         sys.exit(f"no real captures at {captures} (FRINGETWIN_CAPTURES); `make captures` fetches them")
     table = ("| set | held-out images: rms over predicted noise (least … largest image) | phase difference, rad rms | gain, DN "
@@ -169,6 +174,8 @@ def main():
 
 What the program says of real captures, written by `make real` (two CPU cores, Mesa's software driver). The images are fetched by `make captures`; two
 commands, and a stranger gets these numbers. Columns: [held-out images](metrics/gray.md#held-out-images-held_out), [phase](metrics/phase.md), [gain and what it is worth](metrics/gray.md), [verdicts](metrics/verdict.md), [causes](metrics/causes.md).
+Nothing that a fold fits has seen the images which it predicts, but for each one's own brightness. The twin before the fit may have: each set says what. The
+time is that of all runs of a set.
 
 {table}{lack}
 
