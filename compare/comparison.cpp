@@ -78,7 +78,7 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
 
 /// Returns what the noise of a measured shape does to the shading of each pixel; nothing without one.
 ShadingNoise shading_noise(const ShapeInView& shape) {
-  if (!shape.noise) return {};
+  if (!shape.noise || !shape.shades) return {};
   return {[shape](std::size_t pixel) { return shape.noise->shading_at(shape.camera, pixel); }, shape.ambient};
 }
 
@@ -142,7 +142,10 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     }
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const OwnOfPixels own = own_of_pixels(twin, options, c);
-    const ShapeInView shape{options.shape_noise.get(), c, twin.projector ? twin.projector->ambient : 0.0};
+    const ShapeInView shape{.noise = options.shape_noise.get(),
+                            .camera = c,
+                            .ambient = twin.projector ? twin.projector->ambient : 0.0,
+                            .real = real_decode};
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise,
                                     shading_noise(shape_in_budget(shape, own)));
     if (budget) out.gray_budget.push_back(*budget);

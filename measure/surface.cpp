@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -21,6 +22,9 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr double kMostSmoothing = 50.0;  ///< px
+/// Pixels by which a surface that reaches to the image's border is continued beyond it: without them the
+/// pixels there would see half of it.
+constexpr int kFrame = 1;
 
 /// Sorts the points into the camera's pixels as depths.
 DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
@@ -128,7 +132,8 @@ class Vertices {
       light_mm_ = camera.T_cam_world * twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
   }
 
-  /// Adds a vertex. Returns its index, -1 where the lens sees no such pixel.
+  /// Adds a vertex, of a pixel of the image or of the frame around it. Returns its index, -1 where the lens
+  /// sees no such pixel.
   int add(int x, int y, const DepthFit& fit) {
     const auto at = ray_of_pixel(lens_, {static_cast<double>(x), static_cast<double>(y)});
     if (!at) return -1;
@@ -165,7 +170,8 @@ class Vertices {
  private:
   void note_noise(int x, int y, const DepthFit& fit, const NormalOfFit& normal,
                   const Eigen::Vector3d& p_cam_mm) {
-    if (!std::isfinite(map_.z_mm(x, y))) return;
+    const bool is_beyond = x < 0 || y < 0 || x >= map_.z_mm.width || y >= map_.z_mm.height;
+    if (is_beyond || !std::isfinite(map_.z_mm(x, y))) return;
     leverage_ += static_cast<double>(fit.leverage);
     leverage_of_pixel_(x, y) = fit.leverage;
     radius_ += static_cast<double>(fit.radius_px);
@@ -176,10 +182,17 @@ class Vertices {
     if (!(cosine > kLeastCosine)) return;
     const double sigma_of_one =
         static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
-    const double relative = sigma_of_one * std::sqrt(normal.shading_variance(fit, to_light));
+    const double relative =
+        sigma_of_one * std::sqrt(share_in_pixel(fit.radius_px) * normal.shading_variance(fit, to_light));
     shading_of_pixel_(x, y) = static_cast<float>(relative);
     shading_ += std::pow(relative * cosine, 2);
     light_ += cosine * cosine;
+  }
+
+  double share_in_pixel(float radius_px) {
+    const auto [it, is_new] = share_in_pixel_.try_emplace(radius_px);
+    if (is_new) it->second = slope_share_in_pixel(static_cast<double>(radius_px));
+    return it->second;
   }
 
   static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
@@ -190,13 +203,15 @@ class Vertices {
   ImageF leverage_of_pixel_, shading_of_pixel_;
   std::vector<Eigen::Vector3f> normals_;
   std::optional<Eigen::Vector3d> light_mm_;  ///< in the camera's frame
+  std::map<float, double> share_in_pixel_;   ///< by radius of the window
   double leverage_ = 0.0, shading_ = 0.0, light_ = 0.0, radius_ = 0.0;
   std::size_t n_ = 0;
 };
 
-/// Returns what the surfaces around a pixel without one say of it: the nearest of them, continued; unknown
-/// where there is none. A pixel on an outline sees a part of the surface and is measured, but has no point of
-/// its own (mixed_pixels.hpp). `anchor_mm`: depth of the pixel that the surface is continued from.
+/// Returns what the surfaces around a pixel without one say of it (of `fits` with the frame): the nearest of
+/// them, continued; unknown where there is none. A pixel on an outline sees a part of the surface and is
+/// measured, but has no point of its own (mixed_pixels.hpp). `anchor_mm`: depth of the pixel that the surface
+/// is continued from.
 DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int y, double& anchor_mm) {
   struct Neighbour {
     const DepthFit* fit;
@@ -234,7 +249,32 @@ DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int 
   return out;
 }
 
+template <class T>
+Image<T> with_frame(const Image<T>& image, T value) {
+  Image<T> out(image.width + 2 * kFrame, image.height + 2 * kFrame, value);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) out(x + kFrame, y + kFrame) = image(x, y);
+  return out;
+}
+
 }  // namespace
+
+double slope_share_in_pixel(double radius_px) {
+  constexpr std::array kOfVertices{0.125, 0.75, 0.125};  // in a pixel's mean, along an axis
+  const std::vector<WindowOffset> window = window_of(radius_px);
+  const int r = static_cast<int>(radius_px) + 1, size = 2 * r + 1;
+  ImageD seen(size, size, 0.0);  // what each depth adds to the pixel's mean slope along x, but for a factor
+  double own = 0.0;
+  for (const WindowOffset& o : window) {
+    own += static_cast<double>(o.dx * o.dx);
+    for (int v = -1; v <= 1; ++v)
+      for (int u = -1; u <= 1; ++u)
+        seen(o.dx + u + r, o.dy + v + r) += kOfVertices[u + 1] * kOfVertices[v + 1] * o.dx;
+  }
+  double mean = 0.0;
+  for (const double s : seen.data) mean += s * s;
+  return own > 0.0 ? mean / own : 1.0;
+}
 
 MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
                               const MeasuredShape& shape) {
@@ -243,8 +283,8 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
       shape.most_smoothing_px > kMostSmoothing)
     throw UserError(ExitCode::usage, twin.file.string(), "smoothing_px must lie between 0 and 50");
   const Camera& cam = twin.cameras[camera];
-  DepthMap map = make_depth_map(cam, cloud);
-  Image<DepthFit> fits = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px);
+  const DepthMap map = make_depth_map(cam, cloud);
+  Image<DepthFit> fits = with_frame(fit_depths(map, shape.smoothing_px, shape.most_smoothing_px), DepthFit{});
   ImageD anchor_mm(fits.width, fits.height, DepthFit::kUnknown);
   std::vector<std::pair<std::size_t, DepthFit>> beyond;  // entered when all have looked at what is measured
   for (int y = 0; y < fits.height; ++y)
@@ -259,12 +299,13 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
   Image<int> vertex(width, height, -1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      if (fits(x, y).known()) vertex(x, y) = vertices.add(x, y, fits(x, y));
+      if (fits(x, y).known()) vertex(x, y) = vertices.add(x - kFrame, y - kFrame, fits(x, y));
+  DepthMap fitted{ImageD(width, height, DepthFit::kUnknown), {}, map.step};
   for (std::size_t i = 0; i < fits.size(); ++i)
-    map.z_mm.data[i] = fits.data[i].known() ? 1.0 / fits.data[i].inverse_depth : DepthFit::kUnknown;
+    if (fits.data[i].known()) fitted.z_mm.data[i] = 1.0 / fits.data[i].inverse_depth;
   std::vector<std::array<int, 3>> triangles;
   for (int y = 0; y + 1 < height; ++y)
-    for (int x = 0; x + 1 < width; ++x) add_cell(map, anchor_mm, vertex, x, y, triangles);
+    for (int x = 0; x + 1 < width; ++x) add_cell(fitted, anchor_mm, vertex, x, y, triangles);
   if (triangles.empty())
     throw UserError(ExitCode::input, twin.file.string(),
                     "the measured depth map has no two neighbouring points",

@@ -32,16 +32,19 @@ TEST(Surface, PlaneStaysPlaneAndFacesTheCamera) {
   EXPECT_GT(mesh->triangles.size(), 19 * cloud.size() / 10);
   const Camera& camera = twin.cameras[0];
   const Image<int> points = point_grid(cloud, camera.lens.width(), camera.lens.height());
-  std::size_t beyond = 0;
+  std::size_t beyond = 0, beyond_image = 0;
   for (const auto& v : mesh->vertices_mm) {
     const auto q = camera.lens.project(camera.T_cam_world * v.cast<double>());
     ASSERT_TRUE(q);
-    const bool has_point =
-        points(static_cast<int>(std::lround(q->x())), static_cast<int>(std::lround(q->y()))) >= 0;
+    const int x = static_cast<int>(std::lround(q->x())), y = static_cast<int>(std::lround(q->y()));
+    const bool is_inside = x >= 0 && y >= 0 && x < points.width && y < points.height,
+               has_point = is_inside && points(x, y) >= 0;
     beyond += has_point ? 0 : 1;
+    beyond_image += is_inside ? 0 : 1;
     ASSERT_LT(std::abs(n.dot(v.cast<double>() - at)), has_point ? 3e-5 : 1.5e-4);
   }
   EXPECT_GT(beyond, 0U);
+  EXPECT_GT(beyond_image, 0U) << "the plane reaches the image's border";
   for (const auto& t : mesh->triangles) {
     const Eigen::Vector3d a = mesh->vertices_mm[t[0]].cast<double>(),
                           b = mesh->vertices_mm[t[1]].cast<double>(),

@@ -115,7 +115,7 @@ class CodeExplanation {
     row.lines = noise_lines(noise_, s.noise / n, rendering_, scatter_of_one_dn2_);
     row.lines.push_back({"edges where the fringes lie, not where the twin says", s.texture / n});
     row.lines.push_back({"fit of the black level", black_dn2()});
-    if (shape_.noise) row.lines.push_back({kShapeLine, s.shape / n});
+    if (shape_.noise && shape_.shades) row.lines.push_back({kShapeLine, s.shape / n});
     judge(s, noise_.known_to(some_levels()), 1.0, row);
     out.lights = lights_;
     return out;
@@ -158,7 +158,7 @@ class CodeExplanation {
     CodeValue out{real - predicted, light_dn, noise_.variance(predicted), moved,
                   moved * moved + textured * textured};
     if (own_.kinds.any()) out.noise_dn2 += line.variance_at(own_.kinds, pair_.irradiance_at(light.image, i));
-    if (shape_.noise)
+    if (shape_.noise && shape_.shades)
       out.shaded_dn =
           shape_.noise->shading_at(shape_.camera, i) * (light_dn - fit_.row.gain_dn * shape_.ambient);
     return out;

@@ -25,7 +25,8 @@ class GrayExplanation {
         seen_(seen),
         own_(own),
         shape_(shape_in_budget(shape, own)),
-        shading_share_(region_shading_share(shape_)) {
+        shading_share_(region_shading_share(shape_)),
+        depth_share_(region_depth_share(shape_)) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
@@ -33,6 +34,7 @@ class GrayExplanation {
       phases_.push_back(has_phase ? wrapped_phase(*simulated, p) : nullptr);
       const double step_rad = kTwoPi * p.step / steps_;
       turns_.push_back({std::cos(step_rad), std::sin(step_rad)});
+      moved_.push_back(moved_by_shape(p));
     }
     if (rendering_.scatter_dn2.size() == 0) return;
     scatter_dn2_ = rendering_.scatter_dn2(pair.gain_images, pair.gain_images);
@@ -75,7 +77,10 @@ class GrayExplanation {
   Sums block(int x0, int y0, int x1, int y1) const {
     Sums out;
     BlockSum level, contrast, shift;
-    for (BlockSum* b : {&level, &contrast, &shift}) b->shape_share = shading_share_;
+    for (BlockSum* b : {&level, &contrast, &shift}) {
+      b->shape_share = shading_share_;
+      b->depth_share = depth_share_;
+    }
     const double shared = rendering_.gray_dn * rendering_.gray_dn;
     for (int y = y0; y < y1; y += row_step(pair_.width(), pair_.height()))
       for (int x = x0; x < x1; ++x)
@@ -92,7 +97,8 @@ class GrayExplanation {
     out.n_inside += pair_.gain_images.size();
     double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
     const OwnLightSums line = own_light_sums(pair_, own_, noise_, i);
-    const double shading = shape_.noise ? shape_.noise->shading_at(shape_.camera, i) * fit_.row.gain_dn : 0.0;
+    const double shading =
+        shape_.noise && shape_.shades ? shape_.noise->shading_at(shape_.camera, i) * fit_.row.gain_dn : 0.0;
     int values = 0;
     const auto n_images = scatter_dn2_.rows();
     Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
@@ -123,6 +129,11 @@ class GrayExplanation {
       shift.add(sine, r, noise, calibration);
       contrast.shape += cosine * off;
       shift.shape += sine * off;
+      const double moved = sine * fringe_move_dn(moved_[k], i);
+      shaded += moved * moved;
+      level.depth += moved;
+      contrast.depth += cosine * moved;
+      shift.depth += sine * moved;
       if (n_images > 0) weights.row(static_cast<Eigen::Index>(k)).tail<2>() << cosine, sine;
     }
     if (values == 0) return;
@@ -136,6 +147,27 @@ class GrayExplanation {
     level.add_pixel(scatter_of(0)), contrast.add_pixel(scatter_of(1)), shift.add_pixel(scatter_of(2));
   }
 
+  /// What the noise of a measured shape's depths moves in an image of fringes.
+  struct MovedFringe {
+    const DirectionDecode* direction = nullptr;  ///< of the real side; null: not known
+    const ImageF* amplitude_dn = nullptr;
+    double rad_per_px = 0.0;
+  };
+  MovedFringe moved_by_shape(const PatternSpec& p) const {
+    if (!shape_.noise || !shape_.real || p.kind != PatternSpec::Kind::phase_step) return {};
+    const DirectionDecode& d = shape_.real->directions[static_cast<std::size_t>(p.direction)];
+    const auto pitch = static_cast<std::size_t>(p.pitch);
+    if (pitch >= d.amplitude_dn.size() || d.coordinate_sigma_px.empty()) return {};
+    return {&d, &d.amplitude_dn[pitch], kTwoPi / d.pitches_px[pitch]};
+  }
+  /// Returns the standard error of a gray value on the fringe's steepest slope.
+  double fringe_move_dn(const MovedFringe& moved, std::size_t i) const {
+    if (!moved.direction) return 0.0;
+    const double sigma_rad =
+        moved.rad_per_px * shape_.noise->coordinate_sigma_at(shape_.camera, *moved.direction, i);
+    return std::isfinite(sigma_rad) ? static_cast<double>(moved.amplitude_dn->data[i]) * sigma_rad : 0.0;
+  }
+
   const GrayPair& pair_;
   const GainFit& fit_;
   const GrayNoise& noise_;
@@ -145,7 +177,7 @@ class GrayExplanation {
   SeenPixels seen_;
   const OwnOfPixels& own_;
   ShapeInView shape_;
-  double shading_share_;
+  double shading_share_, depth_share_;
   Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
   double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;
@@ -154,6 +186,7 @@ class GrayExplanation {
   };
   std::vector<Turn> turns_;            ///< of pair.gain_images: cos and sin of the step
   std::vector<const ImageF*> phases_;  ///< of pair.gain_images; null for codes
+  std::vector<MovedFringe> moved_;     ///< of pair.gain_images
 };
 
 }  // namespace

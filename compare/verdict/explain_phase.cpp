@@ -36,7 +36,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
                            const DirectionDecode& simulated, const ImageU8& interior,
                            const TextureShift& texture, const RenderingError& rendering,
                            const RigVariance& rig, const SeenPixels& seen, const ShapeInView& shape) {
-  const double shape_share = shape.noise ? region_shares(shape.noise->surface.radius_px, kRegion).depth : 0.0;
+  const double shape_share = region_depth_share(shape);
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;

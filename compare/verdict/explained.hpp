@@ -73,7 +73,8 @@ SeenPixels seen_pixels(const measure::CameraDecode* real, const measure::CameraD
 OwnLightSums own_light_sums(const GrayPair& pair, const OwnOfPixels& own, const GrayNoise& noise,
                             std::size_t i);
 
-/// Returns the shape whose noise is in the budget: a factor of each pixel has what its normal is off by.
+/// Returns the shape whose noise is in the budget: a factor of each pixel has what its normal is off by, and
+/// leaves where the fringes lie.
 ShapeInView shape_in_budget(const ShapeInView& shape, const OwnOfPixels& own);
 /// Returns the lines of noise, of quantisation and of rendering. `noise_dn2`: of a value, rounding included;
 /// `scatter_dn2`: of the directions of bounces.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "measure/decode/decode_types.hpp"
 #include "measure/surface.hpp"
 
 namespace fringetwin::compare {
@@ -24,6 +25,13 @@ struct ShapeNoise {
   /// Returns the relative standard error of the projector's light on a pixel.
   double shading_at(std::size_t camera, std::size_t pixel) const {
     return at(camera, surface.shading_of_pixel, pixel, surface.shading);
+  }
+  /// Returns the standard error of the projector coordinate that the shape's noise leaves in a pixel; `real`:
+  /// of the steps that are compared.
+  double coordinate_sigma_at(std::size_t camera, const measure::DirectionDecode& real,
+                             std::size_t pixel) const {
+    return std::sqrt(leverage_at(camera, pixel) * of_phase) *
+           static_cast<double>(real.coordinate_sigma_px.data[pixel]);
   }
 
  private:
@@ -48,6 +56,10 @@ struct ShapeInView {
   const ShapeNoise* noise = nullptr;
   std::size_t camera = 0;
   double ambient = 0.0;  ///< irradiance of the room, which no normal shades
+  /// The real side's decode of this camera, whose phases tell how far the shape's noise moves fringes; null:
+  /// not known.
+  const measure::CameraDecode* real = nullptr;
+  bool shades = true;  ///< whether its normals' noise is seen: not where each pixel has a factor of its own
 };
 
 }  // namespace fringetwin::compare
