@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sums of a disc are sums of its rows, and these are differences of running sums: a window costs as many
-// steps as it has rows. Running sums cancel; in whole numbers they are exact.
+// steps as it has rows. Running sums cancel; in whole numbers they are exact, so weights are whole numbers,
+// too.
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <limits>
 
 #include "measure/depth_fit.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -19,41 +21,29 @@ constexpr int kTile = 128;              ///< px: side of what one thread works o
 constexpr double kGrowth = 1.41;        ///< of the radius from one window to the next
 constexpr double kAgree = 3.0;          ///< standard errors: intervals of so much must meet
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
-/// Inverse depths as whole numbers below 2^30: times the square of a place in a tile (2^18) and added up
-/// over its row (2^9), 2^57.
-constexpr double kWhole = 1073741824.0;
+/// Inverse depths above the least of a tile as whole numbers below 2^28, weights below 2^8: times the square
+/// of a place in a tile (2^16) and added up over its row (2^8), 2^60.
+constexpr double kWhole = 268435456.0, kMostWeight = 255.0;
+constexpr double kSureFraction = 0.9;  ///< of a tile's pixels have less than the most weight
 
 /// Running sums over the known pixels of a row up to a place x, counted from the left of the tile.
 struct RunningSums {
-  std::array<std::int64_t, 5> x = {};  ///< of x^0 ... x^4
-  std::array<std::int64_t, 3> z = {};  ///< of x^0 ... x^2 times the inverse depth
-  double variance = 0.0;               ///< of the inverse depth
+  std::array<std::int64_t, 5> x = {};  ///< of weight times x^0 ... x^4
+  std::array<std::int64_t, 3> z = {};  ///< of weight times x^0 ... x^2 times the inverse depth
+  std::int64_t pixels = 0;
+  double variance = 0.0;  ///< of the weights' squares times the variance of the inverse depth
 };
 
 /// Sums over a window, powers of x and y counted from its middle.
 struct WindowSums {
-  std::array<std::array<std::int64_t, 5>, 5> xy = {};  ///< of x^i y^j, i + j <= 4
+  std::array<std::array<std::int64_t, 5>, 5> xy = {};  ///< of weight times x^i y^j, i + j <= 4
   std::array<std::array<std::int64_t, 3>, 3> z = {};   ///< the same times the inverse depth, i + j <= 2
+  std::int64_t pixels = 0;
   double variance = 0.0;
-};
 
-/// The inverse depths of a map with their variances.
-struct InverseDepths {
-  ImageD value;
-  ImageF variance;
-  double largest = 0.0;
-
-  explicit InverseDepths(const DepthMap& map)
-      : value(map.z_mm.width, map.z_mm.height, DepthFit::kUnknown),
-        variance(map.z_mm.width, map.z_mm.height, 0.0F) {
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      const double z = map.z_mm.data[i];
-      if (!std::isfinite(z) || !(z > 0.0)) continue;
-      value.data[i] = 1.0 / z;
-      largest = std::max(largest, 1.0 / z);
-      variance.data[i] = static_cast<float>(std::pow(static_cast<double>(map.sigma_mm.data[i]) / (z * z), 2));
-    }
-  }
+  /// Returns the variance of a pixel of weight 1, on average: rounded weights, and those that would lie
+  /// outside 1 ... 255, are not quite one over a variance.
+  double variance_of_unit() const { return variance / static_cast<double>(xy[0][0]); }
 };
 
 /// Half the width of each row of a disc, from the middle row down.
@@ -68,33 +58,23 @@ std::vector<int> half_widths(int radius) {
 class Tile {
  public:
   Tile(const InverseDepths& depths, int x0, int y0, int reach)
-      : x0_(x0 - reach),
-        y0_(y0 - reach),
-        side_(kTile + 2 * reach),
-        scale_(kWhole / (depths.largest * 1.001)) {
+      : depths_(depths), x0_(x0 - reach), y0_(y0 - reach), side_(kTile + 2 * reach) {
+    find_ranges();
     sums_.resize(static_cast<std::size_t>(side_) * (static_cast<std::size_t>(side_) + 1));
-    const ImageD& value = depths.value;
     for (int j = 0; j < side_; ++j) {
       RunningSums sum;
       RunningSums* row = &sums_[static_cast<std::size_t>(j) * (static_cast<std::size_t>(side_) + 1)];
-      const int y = y0_ + j;
       for (int i = 0; i < side_; ++i) {
         row[i] = sum;
-        const int x = x0_ + i;
-        if (x < 0 || y < 0 || x >= value.width || y >= value.height || !std::isfinite(value(x, y))) continue;
-        const auto z = static_cast<std::int64_t>(std::llround(value(x, y) * scale_));
-        std::int64_t power = 1;
-        for (std::size_t k = 0; k < 5; ++k, power *= i) {
-          sum.x[k] += power;
-          if (k < 3) sum.z[k] += power * z;
-        }
-        sum.variance += static_cast<double>(depths.variance(x, y));
+        if (is_known(x0_ + i, y0_ + j)) add(i, depths.value.index(x0_ + i, y0_ + j), sum);
       }
       row[side_] = sum;
     }
   }
 
-  double scale() const { return scale_; }
+  /// Returns the inverse depth that a whole number of the sums stands for.
+  double depth_of(double whole) const { return least_ + whole / scale_; }
+  double slope_of(double whole) const { return whole / scale_; }
 
   /// Returns the sums of the disc around a pixel of the image.
   WindowSums window(int x, int y, const std::vector<int>& half) const {
@@ -130,16 +110,54 @@ class Tile {
       if (j < 3)
         for (std::size_t i = 0; i + j < 3; ++i) out.z[i][j] += n[i] * power;
     }
+    out.pixels += to.pixels - from.pixels;
     out.variance += to.variance - from.variance;
   }
 
+  /// Pixels that have a depth whose noise is stated.
+  bool is_known(int x, int y) const {
+    return x >= 0 && y >= 0 && x < depths_.value.width && y < depths_.value.height &&
+           depths_.certainty(x, y) > 0.0F;
+  }
+
+  /// Finds which depths and weights the whole numbers stand for.
+  void find_ranges() {
+    double most = 0.0;
+    std::vector<float> certainties;
+    for (int y = y0_; y < y0_ + side_; ++y)
+      for (int x = x0_; x < x0_ + side_; ++x) {
+        if (!is_known(x, y)) continue;
+        least_ = std::min(least_, depths_.value(x, y));
+        most = std::max(most, depths_.value(x, y));
+        if (y % 4 == 0) certainties.push_back(depths_.certainty(x, y));  // enough to tell what most have
+      }
+    if (most > least_) scale_ = (kWhole - 1.0) / (most - least_);
+    if (!certainties.empty()) sure_ = lower_quantile(certainties, kSureFraction);
+  }
+
+  void add(std::int64_t place, std::size_t pixel, RunningSums& sum) const {
+    const auto certainty = static_cast<double>(depths_.certainty.data[pixel]);
+    const double relative = std::clamp(kMostWeight * std::pow(certainty / sure_, 2), 1.0, kMostWeight);
+    const auto weight = static_cast<std::int64_t>(std::lround(relative));
+    const std::int64_t z = std::llround((depths_.value.data[pixel] - least_) * scale_);
+    std::int64_t power = weight;
+    for (std::size_t k = 0; k < 5; ++k, power *= place) {
+      sum.x[k] += power;
+      if (k < 3) sum.z[k] += power * z;
+    }
+    ++sum.pixels;
+    sum.variance += std::pow(static_cast<double>(weight) / certainty, 2);
+  }
+
+  const InverseDepths& depths_;
   int x0_, y0_, side_;
-  double scale_;
+  double least_ = std::numeric_limits<double>::infinity(), scale_ = 1.0;
+  double sure_ = 1.0;              ///< certainty that has the most weight
   std::vector<RunningSums> sums_;  ///< rows of side_ + 1
 };
 
-/// Returns the quadratic of a window of this radius, by least squares.
-DepthFit quadratic(const WindowSums& sums, int radius, double scale) {
+/// Returns the quadratic of a window of this radius, by least squares, its variances over one that is given.
+DepthFit quadratic(const WindowSums& sums, int radius, const Tile& tile, double over_variance) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kPowers = {
       {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}}};
   using Matrix = Eigen::Matrix<double, 6, 6>;
@@ -149,7 +167,7 @@ DepthFit quadratic(const WindowSums& sums, int radius, double scale) {
   Eigen::Matrix<double, 6, 1> b;
   for (std::size_t i = 0; i < 6; ++i) {
     const auto [px, py] = kPowers[i];
-    b[static_cast<Eigen::Index>(i)] = static_cast<double>(sums.z[px][py]) * per[px + py] / scale;
+    b[static_cast<Eigen::Index>(i)] = static_cast<double>(sums.z[px][py]) * per[px + py];
     for (std::size_t j = 0; j < 6; ++j) {
       const std::size_t qx = px + kPowers[j][0], qy = py + kPowers[j][1];
       a(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
@@ -160,13 +178,14 @@ DepthFit quadratic(const WindowSums& sums, int radius, double scale) {
   if (ldlt.info() != Eigen::Success || !ldlt.isPositive()) return {};
   const Eigen::Matrix<double, 6, 1> solution = ldlt.solve(b);
   const Eigen::Matrix<double, 6, 3> inverse = ldlt.solve(Eigen::Matrix<double, 6, 3>::Identity());
-  return {.inverse_depth = solution[0],
-          .slope_x = solution[1] * per[1],
-          .slope_y = solution[2] * per[1],
-          .leverage = static_cast<float>(inverse(0, 0)),
-          .slope_xx = static_cast<float>(inverse(1, 1) * per[2]),
-          .slope_xy = static_cast<float>(inverse(1, 2) * per[2]),
-          .slope_yy = static_cast<float>(inverse(2, 2) * per[2]),
+  const double relative = sums.variance_of_unit() / over_variance;
+  return {.inverse_depth = tile.depth_of(solution[0]),
+          .slope_x = tile.slope_of(solution[1] * per[1]),
+          .slope_y = tile.slope_of(solution[2] * per[1]),
+          .leverage = static_cast<float>(inverse(0, 0) * relative),
+          .slope_xx = static_cast<float>(inverse(1, 1) * per[2] * relative),
+          .slope_xy = static_cast<float>(inverse(1, 2) * per[2] * relative),
+          .slope_yy = static_cast<float>(inverse(2, 2) * per[2] * relative),
           .radius_px = static_cast<float>(r)};
 }
 
@@ -197,7 +216,8 @@ struct Allowed {
 
 }  // namespace
 
-void grow_windows(const DepthMap& map, double smoothing_px, double most_smoothing_px, Image<DepthFit>& fits) {
+void grow_windows(const InverseDepths& depths, double smoothing_px, double most_smoothing_px,
+                  Image<DepthFit>& fits) {
   std::vector<std::vector<int>> discs;
   std::vector<double> pixels;
   for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth) {
@@ -208,7 +228,6 @@ void grow_windows(const DepthMap& map, double smoothing_px, double most_smoothin
   }
   if (discs.empty()) return;
   const int reach = static_cast<int>(discs.back().size()) - 1;
-  const InverseDepths depths(map);
   const int across = (fits.width + kTile - 1) / kTile, down = (fits.height + kTile - 1) / kTile;
 #pragma omp parallel for schedule(dynamic)
   for (int t = 0; t < across * down; ++t) {
@@ -222,15 +241,15 @@ void grow_windows(const DepthMap& map, double smoothing_px, double most_smoothin
     for (int y = y0; y < y1; ++y)
       for (int x = x0; x < x1; ++x) {
         DepthFit& best = fits(x, y);
-        if (!std::isfinite(best.slope_x) || !std::isfinite(map.z_mm(x, y))) continue;
+        const auto certainty = static_cast<double>(depths.certainty(x, y));
+        if (!std::isfinite(best.slope_x) || !(certainty > 0.0)) continue;
+        const double variance = 1.0 / (certainty * certainty);
         Allowed allowed;
+        allowed.narrow(best, variance);
         for (std::size_t k = 0; k < discs.size(); ++k) {
           const WindowSums sums = tile.window(x, y, discs[k]);
-          const auto n = static_cast<double>(sums.xy[0][0]);
-          const double variance = sums.variance / n;
-          if (n < kKnownFraction * pixels[k] || !(variance > 0.0)) break;
-          if (k == 0) allowed.narrow(best, variance);
-          const DepthFit fit = quadratic(sums, static_cast<int>(discs[k].size()) - 1, tile.scale());
+          if (static_cast<double>(sums.pixels) < kKnownFraction * pixels[k]) break;
+          const DepthFit fit = quadratic(sums, static_cast<int>(discs[k].size()) - 1, tile, variance);
           if (!fit.known() || !allowed.narrow(fit, variance)) break;
           best = fit;
         }

@@ -106,8 +106,8 @@ struct NormalOfFit {
              fit.inverse_depth * at.along_x.cross(at.along_y);
   }
 
-  /// Returns the relative variance of the cosine between the normal and a direction, per variance of a single
-  /// pixel's inverse depth.
+  /// Returns the relative variance of the cosine between the normal and a direction, per variance of the
+  /// pixel's own inverse depth.
   double shading_variance(const DepthFit& fit, const Eigen::Vector3d& to_light) const {
     const auto relative = [&](const Eigen::Vector3d& d) {
       return d.dot(to_light) / normal.dot(to_light) - d.dot(normal) / normal.squaredNorm();
@@ -180,10 +180,10 @@ class Vertices {
     const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
     const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
     if (!(cosine > kLeastCosine)) return;
-    const double sigma_of_one =
+    const double own_sigma =
         static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
     const double relative =
-        sigma_of_one * std::sqrt(share_in_pixel(fit.radius_px) * normal.shading_variance(fit, to_light));
+        own_sigma * std::sqrt(share_in_pixel(fit.radius_px) * normal.shading_variance(fit, to_light));
     shading_of_pixel_(x, y) = static_cast<float>(relative);
     shading_ += std::pow(relative * cosine, 2);
     light_ += cosine * cosine;

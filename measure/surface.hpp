@@ -14,11 +14,11 @@ namespace fringetwin::measure {
 
 /// What the noise of the measured points leaves in a surface, over the vertices that the projector lights.
 struct SurfaceNoise {
-  double leverage = 1.0;   ///< mean variance of a vertex' inverse depth over that of a single pixel's
+  double leverage = 1.0;   ///< mean of the variances of a vertex' inverse depth over that of its own pixel's
   double shading = 0.0;    ///< rms error of the light that pixels catch from the projector, over its rms
   double radius_px = 0.0;  ///< mean radius of the windows: neighbours within share their errors
-  /// Of each pixel of the camera whose depths these are: leverage, and relative standard error of the
-  /// projector's light; NaN where there is no vertex, or no light.
+  /// Of each pixel of the camera whose depths these are: leverage, times whose own variance is that of its
+  /// vertex, and relative standard error of the projector's light; NaN where there is no vertex, or no light.
   ImageF leverage_of_pixel = {}, shading_of_pixel = {};
 };
 

@@ -4,6 +4,8 @@
 //   1.5e-4 mm  in the pixel beyond the points it goes on as a line of 1/z, which the lens bends by
 //              3 k1 x (px/f)^2 = 3e-7: 5e-5 mm on this slope, from a window on one side, whose slope is off
 //              by as much again
+//   16 %       of variances over 8 draws of some 900 windows that share nothing (4.5 sqrt(2/7000) = 8 %), and
+//              what Tukey's weights are off by (8 %: depth_fit_test.cpp)
 //   noise / 2  a quadratic on a disc of radius 3 (29 points) leaves 0.45 of the noise at its centre
 #include "measure/surface.hpp"
 
@@ -12,6 +14,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
+#include <random>
 
 #include "measure/fit/closest_point.hpp"
 #include "measure/measurement.hpp"
@@ -81,6 +84,62 @@ TEST(Surface, SmoothingTakesTheNoiseNotTheShape) {
   std::printf("surface: raw %.4f, smoothed %.4f, bias %.1e mm\n", raw, smoothed, bias);
   EXPECT_LT(smoothed, 0.55 * raw);
   EXPECT_LT(bias, 1e-4);
+}
+
+/// Returns the cloud with noise along the rays, as its sigmas state it.
+PointCloud drawn(const PointCloud& clean, const Eigen::Vector3d& camera_mm, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  PointCloud cloud = clean;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d ray_mm = cloud.p_world_mm[i] - camera_mm;
+    cloud.p_world_mm[i] += static_cast<double>(cloud.sigma_mm[i]) * normal(random) * ray_mm.normalized();
+  }
+  return cloud;
+}
+
+// A checker of noise, four times as much on its dark squares: what is said of a vertex holds for that vertex.
+TEST(Surface, SaysWhatNoiseEachPixelHas) {
+  const Twin twin = scaled_paper_rig(0.25);
+  const Eigen::Vector3d n = Eigen::Vector3d(0.2, -0.2, -1).normalized(), at_mm(0, 0, 260);
+  PointCloud clean = triangulate_projector(twin, 0, ideal_decode(twin, 0, plane_surface(at_mm, n)));
+  const auto dark = [](const Eigen::Vector2f& q) {
+    return (static_cast<int>(q.x()) / 2 + static_cast<int>(q.y()) / 2) % 2 == 1;
+  };
+  for (std::size_t i = 0; i < clean.size(); ++i) clean.sigma_mm[i] = dark(clean.q_cam_px[i]) ? 0.04F : 0.01F;
+  const Camera& camera = twin.cameras[0];
+  const Eigen::Vector3d camera_mm = camera.T_cam_world.inverse() * Eigen::Vector3d::Zero(),
+                        light_mm = twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
+  double depth[2] = {}, shading[2] = {}, count[2] = {};  // over what is said; quiet, noisy
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const PointCloud cloud = drawn(clean, camera_mm, seed);
+    const MeasuredSurface surface = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0});
+    for (std::size_t v = 0; v < surface.mesh->vertices_mm.size(); ++v) {
+      const Eigen::Vector3d p_mm = surface.mesh->vertices_mm[v].cast<double>();
+      const auto q = camera.lens.project(camera.T_cam_world * p_mm);
+      const int x = static_cast<int>(std::lround(q->x())), y = static_cast<int>(std::lround(q->y()));
+      const auto leverage = static_cast<double>(surface.noise.leverage_of_pixel(x, y)),
+                 light = static_cast<double>(surface.noise.shading_of_pixel(x, y));
+      if (x % 7 != 0 || y % 7 != 0 || std::isnan(leverage) || std::isnan(light)) continue;
+      const Eigen::Vector3d ray = (p_mm - camera_mm).normalized();
+      const double off_mm = n.dot(p_mm - at_mm) / n.dot(ray);
+      const bool noisy = dark(Eigen::Vector2f(static_cast<float>(x), static_cast<float>(y)));
+      const Eigen::Vector3d to_light = (light_mm - p_mm).normalized();
+      const double caught =
+          surface.mesh->vertex_normals[v].cast<double>().dot(to_light) / n.dot(to_light) - 1.0;
+      depth[noisy] += off_mm * off_mm / (leverage * (noisy ? 16e-4 : 1e-4));
+      shading[noisy] += std::pow(caught / light, 2);
+      count[noisy] += 1.0;
+    }
+  }
+  for (const int noisy : {0, 1}) {
+    std::printf("surface: %s pixels: variance over that said: depth %.3f, light %.3f (%.0f values)\n",
+                noisy == 1 ? "noisy" : "quiet", depth[noisy] / count[noisy], shading[noisy] / count[noisy],
+                count[noisy]);
+    EXPECT_GT(count[noisy], 7000.0);
+    EXPECT_NEAR(depth[noisy] / count[noisy], 1.0, 0.16);
+    EXPECT_NEAR(shading[noisy] / count[noisy], 1.0, 0.16);
+  }
 }
 
 TEST(Surface, DepthStepsStayOpenAndPinholesAreFilled) {

@@ -103,10 +103,7 @@ RobustResult refit_inliers(const RobustModel& model, const FitOptions& options,
 double robust_weight(RobustLoss loss, double u) {
   const double a = std::abs(u);
   if (loss == RobustLoss::huber) return a <= 1.345 ? 1.0 : 1.345 / a;
-  if (loss == RobustLoss::tukey) {
-    const double v = a / 4.685;
-    return v >= 1.0 ? 0.0 : (1.0 - v * v) * (1.0 - v * v);
-  }
+  if (loss == RobustLoss::tukey) return tukey_weight(u);
   return 1.0;
 }
 

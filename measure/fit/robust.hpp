@@ -13,6 +13,12 @@ namespace fringetwin::measure {
 /// Points farther than this many robust sigmas from the fit are outliers.
 inline constexpr double kInlierSigmas = 4.0;
 
+/// Returns Tukey's weight at u = r / scale, c = 4.685 (95 % efficiency).
+inline double tukey_weight(double u) {
+  const double t = u / 4.685, inside = 1.0 - t * t;
+  return inside > 0.0 ? inside * inside : 0.0;
+}
+
 /// Returns the weight of iteratively reweighted least squares at u = r / scale: Huber k = 1.345, Tukey c
 /// = 4.685 (95 % efficiency), none = 1.
 double robust_weight(RobustLoss loss, double u);
