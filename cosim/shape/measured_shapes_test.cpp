@@ -10,13 +10,21 @@
 // | | as recorded              | > 2 x of plain  | planted: 0.01 rad of drift and of harmonics, noise 0.003 |
 #include "cosim/shape/measured_shapes.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
+#include <string>
+#include <tuple>
 
 #include "compare/held_out/held_out.hpp"
+#include "cosim/simulate.hpp"
+#include "measure/measurement.hpp"
 #include "render/reference/reference.hpp"
+#include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
 
 namespace fringetwin::cosim::measured_shapes_test {
@@ -105,12 +113,125 @@ TEST(MeasuredShapes, OfAFoldHaveNoRippleOfItsLightAndItsFringes) {
                    before = wrong_by_mm(measured_twin(rig(), false), uneven, fold.fitted),
                    after = wrong_by_mm(measured_twin(rig()), uneven, fold.fitted),
                    known = wrong_by_mm(measured_twin(uneven_rig()), uneven, fold.fitted);
-      EXPECT_GT(before, 2.0 * plain);
+      EXPECT_GT(before, 10.0 * plain);
       EXPECT_LT(after, 1.1 * plain);
       EXPECT_LT(known, 1.1 * plain);
-      printf("folds %d: plain %.5f before %.5f after %.5f known %.5f mm\n", n_folds, plain, before, after,
-             known);
     }
+}
+
+/// Returns the images with other gray values in these steps, some of them clipped.
+std::vector<CameraImages> disturbed(std::vector<CameraImages> real, const std::vector<int>& steps) {
+  const std::vector<PatternSpec> sequence = expand_sequence(rig().fringes);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> any(0.6F, 1.1F);
+  for (std::size_t k = 0; k < sequence.size(); ++k)
+    if (std::ranges::find(steps, sequence[k].step) != steps.end()) {
+      for (float& v : real[0].images[k].as_floats()) v = std::round(v * any(random));
+      real[0].images[k].writable(40, 30) = 4095.0F;
+    }
+  return real;
+}
+
+// Whatever the images that are held out show: no bit of the shape is another.
+TEST(MeasuredShapes, OfAFoldHoldNothingOfTheImagesHeldOut) {
+  const std::vector<CameraImages> real = recorded(uneven_rig());
+  const compare::Fold fold = compare::folds_of(kSteps, 3)[1];
+  const std::vector<CameraImages> others = disturbed(real, fold.held_out);
+  for (const bool is_known : {false, true}) {
+    Twin a = measured_twin(is_known ? uneven_rig() : rig()), b = a, whole = a, whole_b = a;
+    build_measured_shapes(a, real, fold.fitted);
+    build_measured_shapes(b, others, fold.fitted);
+    EXPECT_EQ(mesh_of(a).vertices_mm, mesh_of(b).vertices_mm);
+    EXPECT_EQ(mesh_of(a).triangles, mesh_of(b).triangles);
+    // they are in the shape where none is held out, though the even steps alone make it: images that move
+    // nothing would prove nothing
+    std::vector<CameraImages> odd = disturbed(real, {1, 7});
+    build_measured_shapes(whole, real);
+    build_measured_shapes(whole_b, odd);
+    EXPECT_NE(mesh_of(whole).vertices_mm, mesh_of(whole_b).vertices_mm);
+  }
+}
+
+/// Returns what the images of a fold are predicted to, as `cosim --hold-out` does it.
+std::vector<compare::HeldOutRow> predicted(const std::vector<CameraImages>& real, const compare::Fold& fold,
+                                           const std::vector<std::string>& asked) {
+  Twin twin = measured_twin(rig());
+  const auto noise = build_measured_shapes(twin, real, fold.fitted);
+  Simulated simulated = simulate(twin, {}, *testing::shared_renderer());
+  compare::Side side;
+  side.images = std::move(simulated.captures);
+  side.irradiance = std::move(simulated.irradiance);
+  side.measurement = measure::measure(twin, side.images, fold.fitted);
+  compare::CompareOptions options;
+  options.renderer = testing::shared_renderer();
+  return compare::predict_held_out({.twin = twin,
+                                    .real = real,
+                                    .simulated = side,
+                                    .options = options,
+                                    .asked = asked,
+                                    .fold = fold,
+                                    .shape_leverage = noise->leverage})
+      .rows;
+}
+
+// One image of a fold is disturbed in all pitches: no bit of what the others are predicted to is another, and
+// their own light is theirs alone. Its own prediction is the same where no light is asked for.
+TEST(MeasuredShapes, OfAFoldPredictImagesThatHaveNoPartInThem) {
+  REQUIRE_RENDERER();
+  const std::vector<CameraImages> real = recorded(uneven_rig());
+  const compare::Fold fold = compare::folds_of(kSteps, 3)[1];
+  std::vector<CameraImages> brighter = real;
+  const std::vector<PatternSpec> sequence = expand_sequence(rig().fringes);
+  const auto step_of = [&](const compare::HeldOutRow& row) {
+    return std::ranges::find_if(sequence,
+                                [&](const PatternSpec& p) { return p.label(rig().fringes) == row.pattern; })
+        ->step;
+  };
+  for (std::size_t k = 0; k < sequence.size(); ++k)
+    if (sequence[k].step == 4)
+      for (float& v : brighter[0].images[k].as_floats()) v += 8.0F;
+  for (const std::vector<std::string>& asked :
+       {std::vector<std::string>{"harmonics", "texture"}, std::vector<std::string>{"light", "texture"}}) {
+    const auto a = predicted(real, fold, asked), b = predicted(brighter, fold, asked);
+    ASSERT_EQ(a.size(), b.size());
+    std::size_t n_brighter = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      ASSERT_EQ(a[k].pattern, b[k].pattern);
+      if (step_of(a[k]) != 4) {
+        EXPECT_EQ(std::tie(a[k].n, a[k].mean_dn, a[k].rms_dn, a[k].noise_dn, a[k].fitted_dn, a[k].ratio),
+                  std::tie(b[k].n, b[k].mean_dn, b[k].rms_dn, b[k].noise_dn, b[k].fitted_dn, b[k].ratio));
+        if (asked[0] == "light") EXPECT_EQ(a[k].light_factor, b[k].light_factor);
+        continue;
+      }
+      ++n_brighter;
+      EXPECT_EQ(a[k].n, b[k].n);
+      if (asked[0] == "light") {
+        EXPECT_GT(b[k].light_factor, a[k].light_factor);
+        continue;
+      }
+      EXPECT_NEAR(b[k].mean_dn, a[k].mean_dn - 8.0, 1e-3);  // 1000 DN in single precision: 6e-5
+      EXPECT_EQ(b[k].predicted_dn, a[k].predicted_dn);
+    }
+    EXPECT_EQ(n_brighter, 3u);
+  }
+}
+
+// Three steps leave nothing over that would tell light: the shape is that of the images as they are, and one
+// warning of all folds says so.
+TEST(MeasuredShapes, OfTooFewStepsAreMeasuredAsRecordedAndSaySoOnce) {
+  const std::vector<CameraImages> real = recorded(uneven_rig());
+  std::set<std::string> told;
+  ::testing::internal::CaptureStderr();
+  for (const std::vector<int>& steps : {std::vector<int>{0, 4, 8}, std::vector<int>{1, 5, 9}}) {
+    Twin corrected = measured_twin(rig()), plain = measured_twin(rig(), false);
+    build_measured_shapes(corrected, real, steps, &told);
+    build_measured_shapes(plain, real, steps, &told);
+    EXPECT_EQ(mesh_of(corrected).vertices_mm, mesh_of(plain).vertices_mm);
+  }
+  const std::string shown = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(told.size(), 1u);
+  EXPECT_THAT(shown, ::testing::HasSubstr("left where some are held out do not tell light and waveform"));
+  EXPECT_EQ(std::ranges::count(shown, '\n'), 1);
 }
 
 }  // namespace
