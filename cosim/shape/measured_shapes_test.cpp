@@ -200,7 +200,9 @@ TEST(MeasuredShapes, OfAFoldPredictImagesThatHaveNoPartInThem) {
       if (step_of(a[k]) != 4) {
         EXPECT_EQ(std::tie(a[k].n, a[k].mean_dn, a[k].rms_dn, a[k].noise_dn, a[k].fitted_dn, a[k].ratio),
                   std::tie(b[k].n, b[k].mean_dn, b[k].rms_dn, b[k].noise_dn, b[k].fitted_dn, b[k].ratio));
-        if (asked[0] == "light") EXPECT_EQ(a[k].light_factor, b[k].light_factor);
+        if (asked[0] == "light") {
+          EXPECT_EQ(a[k].light_factor, b[k].light_factor);
+        }
         continue;
       }
       ++n_brighter;
