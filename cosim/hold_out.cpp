@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "compare/held_out/held_out.hpp"
@@ -23,24 +25,24 @@ bool refits_texture(const std::vector<std::string>& asked) {
 
 /// Returns the twin of one fold: a measured object's shape is told by the steps that are fitted alone; a
 /// texture that is fitted anew has nothing of the one before, which may come from the images held out; and no
-/// light is taken out of the images, which all of a pitch would tell. Besides, the leverage of a measured
-/// shape.
+/// light is taken out of the images that are compared, which all of a pitch would tell. Besides, the leverage
+/// of a measured shape. `told`: as of build_measured_shapes().
 std::pair<Twin, double> twin_of_fold(const Run& run, const std::vector<std::string>& asked,
-                                     const compare::Fold& fold) {
+                                     const compare::Fold& fold, std::set<std::string>& told) {
   double leverage = 0.0;
   Twin twin = has_measured_shape(*run.as_written) ? *run.as_written : run.twin;
   twin.measure.correct_light = false;
   if (refits_texture(asked))
     for (Camera& camera : twin.cameras) camera.texture = nullptr;
-  if (const auto noise = build_measured_shapes(twin, run.real.images, fold.fitted))
+  if (const auto noise = build_measured_shapes(twin, run.real.images, fold.fitted, &told))
     leverage = noise->leverage;
   return {std::move(twin), leverage};
 }
 
 /// Returns what the images of one fold are predicted to.
 compare::HeldOut of_fold(const Run& run, const RenderRequest& render, const std::vector<std::string>& asked,
-                         const compare::Fold& fold) {
-  const auto [twin, leverage] = twin_of_fold(run, asked, fold);
+                         const compare::Fold& fold, std::set<std::string>& told) {
+  const auto [twin, leverage] = twin_of_fold(run, asked, fold, told);
   const bool is_as_it_was =
       !has_measured_shape(*run.as_written) && !run.twin.measure.correct_light &&
       (!refits_texture(asked) ||
@@ -115,10 +117,11 @@ void hold_out(Run& run, const RenderRequest& render, const std::vector<std::stri
       compare::folds_of(run.twin.fringes, run.twin.compare.hold_out, run.twin.compare.hold_out_by);
   std::vector<compare::HeldOutRow> all;
   std::vector<compare::HeldOutMap> worst;
+  std::set<std::string> told;  // warnings: once, not of each fold
   for (std::size_t f = 0; f < folds.size(); ++f) {
     throw_if_cancelled();
     say(fmt::format("hold-out: fold {} of {}", f + 1, folds.size()));
-    compare::HeldOut predicted = of_fold(run, render, asked, folds[f]);
+    compare::HeldOut predicted = of_fold(run, render, asked, folds[f], told);
     compare::keep_worst(worst, std::move(predicted.worst));
     for (compare::HeldOutRow& row : predicted.rows) {
       row.fold = f + 1;

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "cosim/shape/known_light.hpp"
+#include "measure/decode/phase.hpp"
 #include "measure/decode/plain_fringes.hpp"
 #include "measure/measurement.hpp"
 #include "measure/surface.hpp"
@@ -19,32 +22,54 @@
 namespace fringetwin::cosim {
 namespace {
 
+/// The phase steps that an object is measured from, and those that tell what is to be taken out of them.
+struct ShapeSteps {
+  std::vector<int> used, telling;
+};
+
+/// Returns the steps of an object: all tell where none are asked for; else nothing of the others may reach
+/// its shape.
+ShapeSteps steps_of(const Twin& twin, const Object& object, const MeasuredShape& shape,
+                    const std::vector<int>& asked) {
+  if (!asked.empty()) return {asked, asked};
+  return {built_from_steps(twin, object, shape), measure::all_steps(twin.fringes.steps)};
+}
+
+/// Warns, where that was not `told` before.
+void warn_once(const std::string& sentence, std::set<std::string>* told) {
+  if (told == nullptr || told->insert(sentence).second) warn(sentence);
+}
+
 /// Returns the images that the object is measured from with the light and the shifts, where they differ by
-/// more than chance, and the waveform taken out that all their phase steps tell. Warns where they do not, and
+/// more than chance, and the waveform taken out that the phase steps tell. Warns where they do not, and
 /// leaves a camera's images as they are.
 std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& object,
-                                             const std::vector<CameraImages>& real,
-                                             const std::vector<int>& steps) {
+                                             const std::vector<CameraImages>& real, const ShapeSteps& steps,
+                                             std::set<std::string>* told) {
   std::vector<CameraImages> out = real;
   for (std::size_t c = 0; c < out.size(); ++c) {
     measure::LightOptions options =
         measure::light_options(twin.cameras[c].sensor, twin.measure.min_modulation_dn);
     options.with_shifts = true;
-    auto light = measure::estimate_light(real[c], twin.fringes, options);
+    auto light = measure::estimate_light(real[c], twin.fringes, options, steps.telling);
     if (!light) {  // beside shifts, factors are less certain where a pitch is seen at few phases
       options.with_shifts = false;
-      light = measure::estimate_light(real[c], twin.fringes, options);
+      light = measure::estimate_light(real[c], twin.fringes, options, steps.telling);
     }
     // what differs by chance alone would stand in the shape as a ripple
     if (light && !light->differ()) std::ranges::fill(light->factor, 1.0);
     if (light && !light->are_shifted()) light->shift_rad.clear();
     if (light)
-      out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps);
+      out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps.used);
     else
-      warn(
-          fmt::format("object \"{}\", camera \"{}\": the phase steps do not tell light and waveform of the "
-                      "fringes, which correct_fringes is to take out: the shape is measured without",
-                      object.name, twin.cameras[c].name));
+      warn_once(
+          fmt::format("object \"{}\", camera \"{}\": the phase steps{} do not tell light and waveform of "
+                      "the fringes, which correct_fringes is to take out: the shape is measured without",
+                      object.name, twin.cameras[c].name,
+                      static_cast<int>(steps.telling.size()) == twin.fringes.steps
+                          ? ""
+                          : " that are left where some are held out"),
+          told);
   }
   return out;
 }
@@ -79,19 +104,21 @@ std::vector<Eigen::Vector2f> places_px(const Twin& twin, std::size_t camera, con
 
 /// Returns the images without what the twin knows to be in their phase steps besides plain fringes.
 std::vector<CameraImages> with_known_light_out(const Twin& twin, const std::vector<CameraImages>& real,
-                                               const std::vector<int>& steps) {
+                                               const ShapeSteps& steps) {
   std::vector<CameraImages> out = real;
   if (std::ranges::none_of(twin.cameras, [&](const Camera& c) { return knows_light(twin, c); })) return out;
-  const measure::Measurement m = measure::measure(twin, real, steps);
+  const measure::Measurement m = measure::measure(twin, real, steps.used);
   const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
   for (std::size_t c = 0; c < out.size(); ++c) {
     if (!knows_light(twin, twin.cameras[c])) continue;
     const std::vector<Eigen::Vector2f> places = places_px(twin, c, m);
     // the shape owes its noise to its own steps alone; the others only tell what is left
-    CameraImages& all = out[c] = without_known_light(real[c], twin, twin.cameras[c], places);
-    CameraImages own = without_known_light(real[c], twin, twin.cameras[c], places, steps);
+    CameraImages& all = out[c] = without_known_light(real[c], twin, twin.cameras[c], places, steps.telling);
+    if (steps.used == steps.telling) continue;
+    CameraImages own = without_known_light(real[c], twin, twin.cameras[c], places, steps.used);
     for (std::size_t k = 0; k < sequence.size(); ++k)
-      if (std::ranges::find(steps, sequence[k].step) != steps.end()) all.images[k] = std::move(own.images[k]);
+      if (std::ranges::find(steps.used, sequence[k].step) != steps.used.end())
+        all.images[k] = std::move(own.images[k]);
   }
   return out;
 }
@@ -117,17 +144,19 @@ void check_measured_shapes(const Twin& twin) {
 }
 
 std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real,
-                                                           const std::vector<int>& steps) {
+                                                           const std::vector<int>& steps,
+                                                           std::set<std::string>* told) {
   std::optional<measure::SurfaceNoise> noise;
   for (Object& object : twin.objects) {
     const auto* measured = std::get_if<MeasuredShape>(&object.shape);
     if (!measured) continue;
-    const std::vector<int> used = steps.empty() ? built_from_steps(twin, object, *measured) : steps;
+    const ShapeSteps of = steps_of(twin, object, *measured, steps);
     const measure::Measurement m =
-        measured->correct_fringes && steps.empty()
+        measured->correct_fringes
             ? measure::measure(
-                  twin, with_plain_fringes(twin, object, with_known_light_out(twin, real, used), used), used)
-            : measure::measure(twin, real, used);
+                  twin, with_plain_fringes(twin, object, with_known_light_out(twin, real, of), of, told),
+                  of.used)
+            : measure::measure(twin, real, of.used);
     const measure::MeasuredSurface surface = measure::build_surface(twin, 0, m.cloud, *measured);
     if (!noise) noise = measure::SurfaceNoise{.leverage = 0.0, .shading = 0.0, .radius_px = 0.0};
     noise->leverage = std::max(noise->leverage, surface.noise.leverage);

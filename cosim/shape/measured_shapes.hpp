@@ -2,6 +2,8 @@
 // Builds the objects with shape = "measured" from the real captures of the scene they stand in.
 #pragma once
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "measure/surface.hpp"
@@ -17,11 +19,13 @@ bool has_measured_shape(const Twin& twin);
 void check_measured_shapes(const Twin& twin);
 
 /// Replaces every MeasuredShape by the surface measured from `real`, from these phase steps; without any from
-/// those that the objects name. The steps a comparison may use then: left_over_steps()
-/// (twin/captures/measured_steps.hpp), to be asked before. Returns what noise the shapes have, the largest of
-/// each kind; nothing without a measured shape.
+/// those that the objects name. What `correct_fringes` takes out is told by these steps alone, too; without
+/// any by all. Warnings that are in `told` are not said again, new ones are put there. The steps a comparison
+/// may use then: left_over_steps() (twin/captures/measured_steps.hpp), to be asked before. Returns what noise
+/// the shapes have, the largest of each kind; nothing without a measured shape.
 std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std::vector<CameraImages>& real,
-                                                           const std::vector<int>& steps = {});
+                                                           const std::vector<int>& steps = {},
+                                                           std::set<std::string>* told = nullptr);
 
 /// Returns over how many phase steps the first measured shape of the twin is built.
 std::size_t steps_of_measured_shape(const Twin& twin);

@@ -92,25 +92,31 @@ CameraImages with_plain_fringes(CameraImages images, const Fringes& fringes, con
   if (steps.empty()) steps = all_steps(fringes.steps);
   images = with_steady_light(std::move(images), light, options.black_level_dn);
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
+  const auto is_among = [](const std::vector<int>& some, int step) {
+    return std::ranges::find(some, step) != some.end();
+  };
   std::vector<std::vector<GrayImage*>> of_pitch;
-  std::vector<std::vector<const GrayImage*>> all_of_pitch;
-  std::vector<std::vector<double>> shifts, all_shifts;
+  std::vector<std::vector<double>> shifts;
+  std::vector<StepImages> telling;  // the form of each pitch
   for (std::size_t k = 0; k < sequence.size(); ++k) {
     if (sequence[k].kind != PatternSpec::Kind::phase_step) continue;
-    if (sequence[k].step == 0)
-      of_pitch.emplace_back(), shifts.emplace_back(), all_of_pitch.emplace_back(), all_shifts.emplace_back();
+    const int step = sequence[k].step;
+    if (step == 0)
+      of_pitch.emplace_back(), shifts.emplace_back(), telling.push_back({.steps_total = fringes.steps});
     const double shift_rad = light.shift_rad.empty() ? 0.0 : light.shift_rad.at(k);
-    all_of_pitch.back().push_back(&images.images.at(k));
-    all_shifts.back().push_back(shift_rad);
-    if (std::ranges::find(steps, sequence[k].step) == steps.end()) continue;
+    if (light.steps.empty() || is_among(light.steps, step)) {
+      telling.back().step.push_back(step);
+      telling.back().image.push_back(&images.images.at(k));
+      telling.back().shift_rad.push_back(shift_rad);
+    }
+    if (!is_among(steps, step)) continue;
     of_pitch.back().push_back(&images.images.at(k));
     shifts.back().push_back(shift_rad);
   }
   FT_CHECK(light.waveform.size() == of_pitch.size(), "a waveform of each pitch");
   for (std::size_t p = 0; p < of_pitch.size(); ++p)
     if (!light.waveform[p].empty()) {
-      const WaveformField field(all_of_pitch[p], light.waveform[p], all_shifts[p], options,
-                                images.saturation_dn());
+      const WaveformField field(telling[p], light.waveform[p], options, images.saturation_dn());
       PitchPlain(steps, fringes.steps, field, shifts[p], of_pitch[p])
           .run(images.saturation_dn(), options.min_amplitude);
     }

@@ -35,21 +35,27 @@ constexpr double kNull = 1e-9;  ///< of the largest eigenvalue of the scaled nor
 constexpr double kLeastVariance = 1e-6, kRelativeAmplitude = 1e-3;
 constexpr double kDiffer = 4.0;  ///< standard errors
 
-/// One pitch of one direction: its images' indices and images.
+/// One pitch of one direction: the steps that are asked, their images' indices and images.
 struct PitchSteps {
   bool is_finest = false;  ///< of its direction
+  int total = 0;           ///< steps of a period
+  std::vector<int> step = {};
   std::vector<std::size_t> index = {};
   std::vector<const GrayImage*> image = {};
 };
 
-std::vector<PitchSteps> pitches_of(const CameraImages& images, const Fringes& fringes) {
+std::vector<PitchSteps> pitches_of(const CameraImages& images, const Fringes& fringes,
+                                   const std::vector<int>& steps) {
   std::vector<PitchSteps> pitches;
   const std::vector<PatternSpec> sequence = expand_sequence(fringes);
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     if (sequence[i].kind != PatternSpec::Kind::phase_step) continue;
     if (sequence[i].step == 0)
-      pitches.push_back({fringes.directions[static_cast<std::size_t>(sequence[i].direction)].finest() ==
-                         sequence[i].pitch});
+      pitches.push_back(
+          {fringes.directions[static_cast<std::size_t>(sequence[i].direction)].finest() == sequence[i].pitch,
+           fringes.steps});
+    if (!steps.empty() && std::ranges::find(steps, sequence[i].step) == steps.end()) continue;
+    pitches.back().step.push_back(sequence[i].step);
     pitches.back().index.push_back(i);
     pitches.back().image.push_back(&images.images.at(i));
   }
@@ -89,7 +95,7 @@ class PitchLight {
   PitchLight(const PitchSteps& pitch, const LightOptions& options, double saturation)
       : pitch_(pitch),
         options_(options),
-        steps_(static_cast<int>(pitch.image.size()), options.with_shifts),
+        steps_(pitch.step, pitch.total, options.with_shifts),
         log_factor_(Eigen::VectorXd::Zero(steps_.count())),
         per_factor_(Eigen::VectorXd::Ones(steps_.count())) {
     choose(saturation);
@@ -137,7 +143,7 @@ class PitchLight {
     });
   }
   /// Returns the mean of a pixel over black with a steady light.
-  double mean_of(std::size_t pixel) const { return values(pixel).mean(); }
+  double mean_of(std::size_t pixel) const { return steps_.mean(values(pixel)); }
   /// Returns the ratio of mean and amplitude of most pixels.
   double mean_over_amplitude() const {
     std::vector<float> ratios;
@@ -461,15 +467,17 @@ double light_phase_rms_rad(const std::vector<double>& factors, double mean_over_
 }
 
 std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
-                                           const LightOptions& options) {
-  if (fringes.steps < kFewestLightSteps || fringes.steps > kMostLightSteps) return std::nullopt;
-  const std::vector<PitchSteps> steps = pitches_of(images, fringes);
+                                           const LightOptions& options, const std::vector<int>& steps) {
+  const int n_steps = steps.empty() ? fringes.steps : static_cast<int>(steps.size());
+  if (n_steps < kFewestLightSteps || n_steps > kMostLightSteps) return std::nullopt;
+  const std::vector<PitchSteps> asked = pitches_of(images, fringes, steps);
   std::vector<PitchLight> pitches;
   std::vector<const PitchSteps*> of_pitch;
   LightFactors out{.factor = std::vector<double>(images.images.size(), 1.0),
-                   .sigma = std::vector<double>(images.images.size(), 0.0)};
+                   .sigma = std::vector<double>(images.images.size(), 0.0),
+                   .steps = steps};
   if (options.with_shifts) out.shift_rad = out.shift_sigma_rad = out.sigma;
-  for (const PitchSteps& pitch : steps) {
+  for (const PitchSteps& pitch : asked) {
     PitchLight light(pitch, options, images.saturation_dn());
     if (light.run()) {
       out.waveform.push_back(light.waveform());
@@ -504,6 +512,7 @@ std::optional<LightFactors> estimate_light(const CameraImages& images, const Fri
     out.phase_rms_rad =
         std::max(out.phase_rms_rad, light_phase_rms_rad(of_steps, light.mean_over_amplitude()));
   }
+  if (n_steps < fringes.steps) out.phase_rms_rad = std::numeric_limits<double>::quiet_NaN();
   return out;
 }
 

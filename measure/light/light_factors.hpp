@@ -34,9 +34,10 @@ LightOptions light_options(const Sensor& sensor, double min_modulation_dn);
 
 /// Holds the factors of one camera's images: I = black + factor * (what a steady light would show).
 struct LightFactors {
-  /// Per image of the sequence, geometric mean 1 over the phase steps; 1 of what is no phase step.
+  /// Per image of the sequence, geometric mean 1 over the phase steps; 1 of all else, and of steps that were
+  /// not asked.
   std::vector<double> factor;
-  /// Relative standard errors; 0 of what is no phase step, infinite where none can be told.
+  /// Relative standard errors; 0 of what is no phase step or was not asked, infinite where none can be told.
   std::vector<double> sigma;
   /// Of each pitch, in the order of the sequence: cosine and sine of the harmonics 2, 3 ... that its fringes
   /// have besides their cosine, over the amplitude; empty where it is not told.
@@ -51,7 +52,9 @@ struct LightFactors {
   double residual_before = 0.0, residual_after = 0.0;
   std::size_t n_pixels = 0;  ///< that told it, all pitches
   /// Rms phase that the factors move, largest of all pitches (light_phase_rms_rad()).
+  /// NaN where not all steps were asked.
   double phase_rms_rad = 0.0;
+  std::vector<int> steps = {};  ///< that told it; empty: all
   /// Returns whether a factor differs from 1 by more than chance lets the farthest of them.
   bool differ() const;
   /// The same of the shifts and 0.
@@ -73,10 +76,11 @@ double light_phase_rms_rad(const std::vector<double>& factors_of_steps, double m
 /// pitches it is the means that tell. A pitch is not told by fewer than 200 pixels that are lit and not
 /// saturated, nor where their phases vary too little: its images keep the factor 1, with an infinite standard
 /// error. Returns nothing with other numbers of steps than these, and where the finest pitch of a direction
-/// is not told, or any where heterodyne fringes have all of them in the coordinate. Any number of threads
-/// gives the same.
+/// is not told, or any where heterodyne fringes have all of them in the coordinate. `steps`: the steps that
+/// are asked, in order; no other image is looked at, and their number N counts. Empty: all. Any number of
+/// threads gives the same.
 std::optional<LightFactors> estimate_light(const CameraImages& images, const Fringes& fringes,
-                                           const LightOptions& options);
+                                           const LightOptions& options, const std::vector<int>& steps = {});
 
 /// Returns the images with the factors taken out of all that is above black, those of the reference images
 /// and of what is no phase step untouched. What was saturated is so afterwards, and nothing else.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "twin/base/constants.hpp"
@@ -19,27 +20,40 @@ struct StepFringe {
   double mean = 0.0, amplitude = 0.0, phase = 0.0;
 };
 
-/// All steps of a pitch, and the waveform and the errors of the steps that its fringes have in common.
+/// The steps of a pitch that are looked at, all or some of them, and the waveform and the errors of the steps
+/// that its fringes have in common.
 class LightSteps {
  public:
   static constexpr int kMostHarmonic = 7;
 
-  explicit LightSteps(int n, bool with_shifts = false) : n_(n) {
+  /// `steps`: which of the `total` steps of a period these are, four at least.
+  LightSteps(std::vector<int> steps, int total, bool with_shifts = false)
+      : step_(std::move(steps)), total_(total), n_(static_cast<int>(step_.size())), highest_(highest_told()) {
     waveform = Eigen::VectorXd::Zero(of_harmonics());
-    if (with_shifts && n >= kFewestShiftSteps) shift_basis = contrasts_of(n);
+    if (with_shifts && n_ >= kFewestShiftSteps) shift_basis = orthonormal_complement(first_harmonic());
     move_by(Eigen::VectorXd::Zero(shift_basis.cols()));
   }
 
   int count() const { return n_; }
+  /// Returns whether none of the period's steps is missing: they are evenly spaced then.
+  bool are_all() const { return n_ == total_; }
   /// Cosine and sine of the harmonics 2, 3, ... that the steps tell.
-  int of_harmonics() const { return 2 * (std::min(kMostHarmonic, n_ - 2) - 1); }
+  int of_harmonics() const { return 2 * (highest_ - 1); }
   int of_shifts() const { return static_cast<int>(shift_basis.cols()); }
   /// Factors, then harmonics, then shifts.
   int unknowns() const { return n_ + of_harmonics() + of_shifts(); }
   double freedom() const { return n_ - 3.0; }
 
+  /// Returns the mean of the sinusoid nearest to the values.
+  double mean(const Eigen::VectorXd& values) const {
+    return are_all() ? values.mean() : nearest_.row(0).dot(values);
+  }
   /// Returns the sinusoid nearest to the values.
   StepFringe sinusoid(const Eigen::VectorXd& values) const {
+    if (!are_all()) {
+      const Eigen::Vector3d of = nearest_ * values;
+      return {of[0], std::hypot(of[1], of[2]), std::atan2(of[2], of[1])};
+    }
     std::complex<double> sum;
     for (int k = 0; k < n_; ++k) sum += values[k] * std::conj(turn_[static_cast<std::size_t>(k)]);
     return {values.mean(), 2.0 / n_ * std::abs(sum), std::arg(sum)};
@@ -50,25 +64,52 @@ class LightSteps {
     if (shift_rad.size() == 0) shift_rad = Eigen::VectorXd::Zero(n_);
     if (change.size() > 0) shift_rad += shift_basis * change;
     turn_.clear();
-    for (int k = 0; k < n_; ++k) turn_.push_back(std::polar(1.0, kTwoPi * k / n_ + shift_rad[k]));
+    for (int k = 0; k < n_; ++k) turn_.push_back(std::polar(1.0, angle_rad(k) + shift_rad[k]));
+    if (are_all()) return;
+    Eigen::MatrixX3d by_own(n_, 3);  // mean, amplitude times cosine and sine of the phase
+    for (int k = 0; k < n_; ++k) {
+      const std::complex<double>& turn = turn_[static_cast<std::size_t>(k)];
+      by_own.row(k) << 1.0, turn.real(), -turn.imag();
+    }
+    nearest_ = solve_symmetric(by_own.transpose() * by_own, by_own.transpose());
   }
 
   Eigen::VectorXd waveform;   ///< cosine and sine of each harmonic, over the amplitude
-  Eigen::VectorXd shift_rad;  ///< what each step's phase is ahead of 2 pi k/N
-  /// The shifts that these steps tell. A common one is a phase of the pixel, and shifts sin(2 pi k/N - t) do
-  /// what factors cos(2 pi k/N - t) do: those are the light's.
+  Eigen::VectorXd shift_rad;  ///< what each step's phase is ahead of 2 pi step/N
+  /// The shifts that these steps tell. A common one is a phase of the pixel, and shifts sin(2 pi step/N - t)
+  /// do what factors cos(2 pi step/N - t) do: those are the light's.
   Eigen::MatrixXd shift_basis = {};
 
  private:
   friend struct PixelEquations;
   static constexpr int kFewestShiftSteps = 6;
-  /// Returns an orthonormal basis of what N steps have besides a constant and their first harmonic.
-  static Eigen::MatrixXd contrasts_of(int n) {
-    Eigen::MatrixXd own(n, 3);
-    for (int k = 0; k < n; ++k) own.row(k) << 1.0, std::cos(kTwoPi * k / n), std::sin(kTwoPi * k / n);
-    return orthonormal_complement(own);
+  /// Of a harmonic's square: what a pixel's own fringe must leave of it in these steps to tell it.
+  static constexpr double kLeastLeft = 0.01;
+
+  double angle_rad(int k) const { return kTwoPi * step_[static_cast<std::size_t>(k)] / total_; }
+  /// Returns a constant and the first harmonic of the steps.
+  Eigen::MatrixXd first_harmonic() const {
+    Eigen::MatrixXd own(n_, 3);
+    for (int k = 0; k < n_; ++k) own.row(k) << 1.0, std::cos(angle_rad(k)), std::sin(angle_rad(k));
+    return own;
   }
-  int n_;
+  /// Returns the highest harmonic that the steps tell, with all below it: all N tell N - 2; a part of them
+  /// may take one for a pixel's own fringe, as every second of twelve takes the fifth.
+  int highest_told() const {
+    const int highest = std::min(kMostHarmonic, total_ - 2);
+    if (are_all()) return highest;
+    const Eigen::MatrixXcd contrasts = orthonormal_complement(first_harmonic()).cast<std::complex<double>>();
+    for (int order = 2; order <= highest; ++order) {
+      Eigen::VectorXcd wave(n_);
+      for (int k = 0; k < n_; ++k) wave[k] = std::polar(1.0, order * angle_rad(k));
+      if ((contrasts.transpose() * wave).squaredNorm() < kLeastLeft * n_) return order - 1;
+    }
+    return highest;
+  }
+
+  std::vector<int> step_;
+  int total_, n_, highest_;
+  Eigen::Matrix3Xd nearest_;                ///< what each value adds to the nearest sinusoid, of some steps
   std::vector<std::complex<double>> turn_;  ///< e^(i d_k)
 };
 

@@ -72,15 +72,14 @@ FieldChange solved_field(const FieldSums& s, Eigen::Index n) {
 /// Fits the field.
 class WaveformFieldFit {
  public:
-  WaveformFieldFit(WaveformField& field, const std::vector<const GrayImage*>& images,
-                   const std::vector<double>& shift_rad, const LightOptions& options, double clipped_dn)
+  WaveformFieldFit(WaveformField& field, const StepImages& of, const LightOptions& options, double clipped_dn)
       : field_(field),
-        images_(images),
+        images_(of.image),
         options_(options),
         clipped_dn_(clipped_dn),
-        steps_(static_cast<int>(images.size())) {
-    steps_.shift_rad =
-        Eigen::Map<const Eigen::VectorXd>(shift_rad.data(), static_cast<Eigen::Index>(shift_rad.size()));
+        steps_(of.step, of.steps_total) {
+    steps_.shift_rad = Eigen::Map<const Eigen::VectorXd>(of.shift_rad.data(),
+                                                         static_cast<Eigen::Index>(of.shift_rad.size()));
     steps_.move_by({});
   }
 
@@ -195,7 +194,7 @@ class WaveformFieldFit {
   }
 
   /// Returns one over the noise variance of a pixel's values, by their mean level.
-  double weight(const Eigen::VectorXd& values) const { return options_.weight(values.mean()); }
+  double weight(const Eigen::VectorXd& values) const { return options_.weight(steps_.mean(values)); }
 
   /// Takes the squares beyond which a pixel counts less: of these fringes are most.
   void weigh_by(std::vector<float> squares) {
@@ -293,14 +292,13 @@ class WaveformFieldFit {
   double most_squares_ = std::numeric_limits<double>::infinity();
 };
 
-WaveformField::WaveformField(const std::vector<const GrayImage*>& images, const std::vector<double>& waveform,
-                             const std::vector<double>& shift_rad, const LightOptions& options,
-                             double clipped_dn)
-    : width_(images.front()->width),
-      part_{0, 0, images.front()->width, images.front()->height},
+WaveformField::WaveformField(const StepImages& steps, const std::vector<double>& waveform,
+                             const LightOptions& options, double clipped_dn)
+    : width_(steps.image.front()->width),
+      part_{0, 0, steps.image.front()->width, steps.image.front()->height},
       of_term_(
           Eigen::Map<const Eigen::VectorXd>(waveform.data(), static_cast<Eigen::Index>(waveform.size()))) {
-  WaveformFieldFit(*this, images, shift_rad, options, clipped_dn).run();
+  WaveformFieldFit(*this, steps, options, clipped_dn).run();
 }
 
 Eigen::VectorXd WaveformField::terms(double x, double y) const {

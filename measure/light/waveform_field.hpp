@@ -12,16 +12,23 @@
 
 namespace fringetwin::measure {
 
+/// Phase steps of one pitch, all or some of those that a period has.
+struct StepImages {
+  int steps_total = 0;
+  std::vector<int> step = {};
+  std::vector<const GrayImage*> image = {};  ///< in steady light
+  std::vector<double> shift_rad = {};
+};
+
 /// Cosine and sine of the harmonics 2, 3 ... of one pitch, over the fringe's amplitude, as polynomials of the
 /// place in the image, up to the fourth order: as many orders as tell more than chance would.
 class WaveformField {
  public:
   /// Fits it to the pixels that are lit and not clipped, 200,000 of them at most; each has its mean, its
-  /// amplitude and its phase, and the weight of its noise. `images`, `shift_rad`: of all steps of the pitch,
-  /// in steady light. `waveform`: of LightFactors, the form where it is the same all over. Any number of
-  /// threads gives the same.
-  WaveformField(const std::vector<const GrayImage*>& images, const std::vector<double>& waveform,
-                const std::vector<double>& shift_rad, const LightOptions& options, double clipped_dn);
+  /// amplitude and its phase, and the weight of its noise. `waveform`: of LightFactors that these steps told,
+  /// the form where it is the same all over. Any number of threads gives the same.
+  WaveformField(const StepImages& steps, const std::vector<double>& waveform, const LightOptions& options,
+                double clipped_dn);
 
   bool varies() const { return of_term_.cols() > 1; }
   /// Returns the form at a pixel, an index into the images.

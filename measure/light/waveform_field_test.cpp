@@ -53,10 +53,14 @@ std::vector<GrayImage> recorded(const Form& form, double noise_dn) {
 
 WaveformField field_of(const std::vector<GrayImage>& images,
                        const std::vector<double>& given = std::vector<double>(12, 0.0)) {
-  std::vector<const GrayImage*> of_steps;
-  for (const GrayImage& image : images) of_steps.push_back(&image);
+  StepImages of_steps{.steps_total = kSteps};
+  for (const GrayImage& image : images) {
+    of_steps.step.push_back(static_cast<int>(of_steps.step.size()));
+    of_steps.image.push_back(&image);
+    of_steps.shift_rad.push_back(0.0);
+  }
   const LightOptions options{.black_level_dn = kBlack, .variance_offset_dn2 = 0.25};
-  return {of_steps, given, std::vector<double>(kSteps, 0.0), options, 255.0};
+  return {of_steps, given, options, 255.0};
 }
 
 /// Returns the rms of what the harmonics 2 ... 7 are wrong by over the image.
