@@ -180,8 +180,7 @@ class Vertices {
     const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
     const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
     if (!(cosine > kLeastCosine)) return;
-    const double own_sigma =
-        static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
+    const double own_sigma = static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
     const double relative =
         own_sigma * std::sqrt(share_in_pixel(fit.radius_px) * normal.shading_variance(fit, to_light));
     shading_of_pixel_(x, y) = static_cast<float>(relative);
