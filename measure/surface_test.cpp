@@ -110,17 +110,22 @@ TEST(Surface, SaysWhatNoiseEachPixelHas) {
   const Camera& camera = twin.cameras[0];
   const Eigen::Vector3d camera_mm = camera.T_cam_world.inverse() * Eigen::Vector3d::Zero(),
                         light_mm = twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
-  double depth[2] = {}, shading[2] = {}, count[2] = {};  // over what is said; quiet, noisy
+  constexpr double kRadiusPx = 3.0;
+  const double of_vertex = std::sqrt(slope_share_in_pixel(kRadiusPx));  // what is said is of a pixel's mean
+  double depth[2] = {}, shading[2] = {}, count[2] = {};                 // over what is said; quiet, noisy
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const PointCloud cloud = drawn(clean, camera_mm, seed);
-    const MeasuredSurface surface = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = 3.0});
+    const MeasuredSurface surface = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = kRadiusPx});
     for (std::size_t v = 0; v < surface.mesh->vertices_mm.size(); ++v) {
       const Eigen::Vector3d p_mm = surface.mesh->vertices_mm[v].cast<double>();
       const auto q = camera.lens.project(camera.T_cam_world * p_mm);
       const int x = static_cast<int>(std::lround(q->x())), y = static_cast<int>(std::lround(q->y()));
-      const auto leverage = static_cast<double>(surface.noise.leverage_of_pixel(x, y)),
-                 light = static_cast<double>(surface.noise.shading_of_pixel(x, y));
-      if (x % 7 != 0 || y % 7 != 0 || std::isnan(leverage) || std::isnan(light)) continue;
+      const ImageF& leverages = surface.noise.leverage_of_pixel;
+      const bool is_inside = x >= 0 && y >= 0 && x < leverages.width && y < leverages.height;
+      if (!is_inside || x % 7 != 0 || y % 7 != 0) continue;
+      const auto leverage = static_cast<double>(leverages(x, y)),
+                 light = static_cast<double>(surface.noise.shading_of_pixel(x, y)) / of_vertex;
+      if (std::isnan(leverage) || std::isnan(light)) continue;
       const Eigen::Vector3d ray = (p_mm - camera_mm).normalized();
       const double off_mm = n.dot(p_mm - at_mm) / n.dot(ray);
       const bool noisy = dark(Eigen::Vector2f(static_cast<float>(x), static_cast<float>(y)));

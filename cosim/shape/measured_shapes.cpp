@@ -13,6 +13,7 @@
 #include "cosim/shape/known_light.hpp"
 #include "measure/decode/phase.hpp"
 #include "measure/decode/plain_fringes.hpp"
+#include "measure/light/harmonics_told.hpp"
 #include "measure/measurement.hpp"
 #include "measure/surface.hpp"
 #include "twin/base/errors.hpp"
@@ -40,6 +41,22 @@ void warn_once(const std::string& sentence, std::set<std::string>* told) {
   if (told == nullptr || told->insert(sentence).second) warn(sentence);
 }
 
+/// Warns, where that was not told before, of harmonics that stay in a shape because the steps that are left,
+/// where some are held out, take them for the fringe.
+void warn_of_untold_orders(const Twin& twin, const Object& object, std::size_t camera,
+                           const measure::LightFactors& light, std::set<std::string>* told) {
+  if (light.steps.empty()) return;
+  const auto highest = static_cast<std::size_t>(measure::highest_harmonic_told(twin.fringes.steps));
+  for (const std::vector<double>& form : light.waveform)
+    if (const std::size_t order = form.size() / 2 + 1; !form.empty() && order < highest)
+      warn_once(
+          fmt::format("object \"{}\", camera \"{}\": the phase steps that are left where some are held "
+                      "out tell harmonics of the fringes up to order {} only: those above it stay in the "
+                      "shape; more folds leave more steps",
+                      object.name, twin.cameras[camera].name, order),
+          told);
+}
+
 /// Returns the images that the object is measured from with the light and the shifts, where they differ by
 /// more than chance, and the waveform taken out that the phase steps tell. Warns where they do not, and
 /// leaves a camera's images as they are.
@@ -59,6 +76,7 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
     // what differs by chance alone would stand in the shape as a ripple
     if (light && !light->differ()) std::ranges::fill(light->factor, 1.0);
     if (light && !light->are_shifted()) light->shift_rad.clear();
+    if (light) warn_of_untold_orders(twin, object, c, *light, told);
     if (light)
       out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps.used);
     else

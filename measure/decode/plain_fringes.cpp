@@ -97,7 +97,7 @@ CameraImages with_plain_fringes(CameraImages images, const Fringes& fringes, con
   };
   std::vector<std::vector<GrayImage*>> of_pitch;
   std::vector<std::vector<double>> shifts;
-  std::vector<StepImages> telling;  // the form of each pitch
+  std::vector<PitchImages> telling;  // the form of each pitch
   for (std::size_t k = 0; k < sequence.size(); ++k) {
     if (sequence[k].kind != PatternSpec::Kind::phase_step) continue;
     const int step = sequence[k].step;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "measure/light/harmonics_told.hpp"
 #include "twin/base/constants.hpp"
 #include "twin/lens/linear.hpp"
 
@@ -24,8 +25,6 @@ struct StepFringe {
 /// that its fringes have in common.
 class LightSteps {
  public:
-  static constexpr int kMostHarmonic = 7;
-
   /// `steps`: which of the `total` steps of a period these are, four at least.
   LightSteps(std::vector<int> steps, int total, bool with_shifts = false)
       : step_(std::move(steps)), total_(total), n_(static_cast<int>(step_.size())), highest_(highest_told()) {
@@ -96,7 +95,7 @@ class LightSteps {
   /// Returns the highest harmonic that the steps tell, with all below it: all N tell N - 2; a part of them
   /// may take one for a pixel's own fringe, as every second of twelve takes the fifth.
   int highest_told() const {
-    const int highest = std::min(kMostHarmonic, total_ - 2);
+    const int highest = highest_harmonic_told(total_);
     if (are_all()) return highest;
     const Eigen::MatrixXcd contrasts = orthonormal_complement(first_harmonic()).cast<std::complex<double>>();
     for (int order = 2; order <= highest; ++order) {

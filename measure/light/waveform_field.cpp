@@ -72,7 +72,8 @@ FieldChange solved_field(const FieldSums& s, Eigen::Index n) {
 /// Fits the field.
 class WaveformFieldFit {
  public:
-  WaveformFieldFit(WaveformField& field, const StepImages& of, const LightOptions& options, double clipped_dn)
+  WaveformFieldFit(WaveformField& field, const PitchImages& of, const LightOptions& options,
+                   double clipped_dn)
       : field_(field),
         images_(of.image),
         options_(options),
@@ -292,7 +293,7 @@ class WaveformFieldFit {
   double most_squares_ = std::numeric_limits<double>::infinity();
 };
 
-WaveformField::WaveformField(const StepImages& steps, const std::vector<double>& waveform,
+WaveformField::WaveformField(const PitchImages& steps, const std::vector<double>& waveform,
                              const LightOptions& options, double clipped_dn)
     : width_(steps.image.front()->width),
       part_{0, 0, steps.image.front()->width, steps.image.front()->height},

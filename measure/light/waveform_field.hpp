@@ -13,7 +13,7 @@
 namespace fringetwin::measure {
 
 /// Phase steps of one pitch, all or some of those that a period has.
-struct StepImages {
+struct PitchImages {
   int steps_total = 0;
   std::vector<int> step = {};
   std::vector<const GrayImage*> image = {};  ///< in steady light
@@ -27,7 +27,7 @@ class WaveformField {
   /// Fits it to the pixels that are lit and not clipped, 200,000 of them at most; each has its mean, its
   /// amplitude and its phase, and the weight of its noise. `waveform`: of LightFactors that these steps told,
   /// the form where it is the same all over. Any number of threads gives the same.
-  WaveformField(const StepImages& steps, const std::vector<double>& waveform, const LightOptions& options,
+  WaveformField(const PitchImages& steps, const std::vector<double>& waveform, const LightOptions& options,
                 double clipped_dn);
 
   bool varies() const { return of_term_.cols() > 1; }

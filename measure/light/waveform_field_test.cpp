@@ -53,7 +53,7 @@ std::vector<GrayImage> recorded(const Form& form, double noise_dn) {
 
 WaveformField field_of(const std::vector<GrayImage>& images,
                        const std::vector<double>& given = std::vector<double>(12, 0.0)) {
-  StepImages of_steps{.steps_total = kSteps};
+  PitchImages of_steps{.steps_total = kSteps};
   for (const GrayImage& image : images) {
     of_steps.step.push_back(static_cast<int>(of_steps.step.size()));
     of_steps.image.push_back(&image);

@@ -109,7 +109,7 @@ TEST(Slmaster, LightOfTheImagesIsKnownToAThousandth) {
   const RunResult run =
       run_fringetwin({"photometry", dataset_twin("slmaster-mono-relief").string(), "--out", out.string()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const json& light = read_json(out / "photometry.json")["cameras"][0]["light"];
+  const json light = read_json(out / "photometry.json")["cameras"][0]["light"];
   for (std::size_t k = 0; k < 12; ++k) {
     EXPECT_LE(light["factor_sigma"][k].get<double>(), 1e-3) << k;
     EXPECT_NEAR(light["factor"][k].get<double>(), k == 5 || k == 10 ? 0.971 : 1.0, k == 0 ? 0.035 : 0.015)
