@@ -145,7 +145,9 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     const ShapeInView shape{.noise = options.shape_noise.get(),
                             .camera = c,
                             .ambient = twin.projector ? twin.projector->ambient : 0.0,
-                            .real = real_decode};
+                            // a shape that follows the compared steps themselves moves no fringe against them
+                            .real = options.use_steps.empty() ? nullptr : real_decode,
+                            .along = depth_direction(twin, c)};
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise,
                                     shading_noise(shape_in_budget(shape, own)));
     if (budget) out.gray_budget.push_back(*budget);

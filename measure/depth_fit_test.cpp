@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tolerances
-//   5 % and 10 %  variances over some 9,000 values whose windows overlap (radius 4: 49 pixels, 180 windows
-//   apart; standard
-//                 error of a variance sqrt(2/180) = 10 % at worst, 3 % in the mean of the draws below), and
-//                 what robust weights cost beside least squares (5 % of the variance at a normal
-//                 distribution: Tukey's biweight)
-//   1e-9          a quadratic is told exactly: whole numbers of 2^-28 of a tile's range
-//   1e-9 noise    windows whose pixels are alike: the same sums in another order (1/z has 2e-12 of this
-//   noise) 4.5 se        a variance of n draws is known to sqrt(2/n); 4.5 standard errors are one false alarm
-//   in 1e5 8 %           of a variance, Tukey's weights: 5 % lost to least squares, and as much again since a
-//   covariance
-//                 with the weights as they came counts each point that chance left far off as a worse one
+// | tolerance    | origin                                                                              |
+// |--------------|-------------------------------------------------------------------------------------|
+// | 5 % and 10 % | variances over some 9,000 values whose windows overlap (radius 4: 49 pixels, 180    |
+// |              | windows apart; standard error of a variance sqrt(2/180) = 10 % at worst, 3 % in     |
+// |              | the mean of the draws below), and what Tukey's weights cost beside least squares    |
+// |              | (5 % of the variance at a normal distribution)                                      |
+// | 1e-9         | a quadratic is told exactly: whole numbers of 2^-28 of a tile's range               |
+// | 1e-9 noise   | windows whose pixels are alike: the same sums in another order                      |
+// | 4.5 se       | a variance of n draws is known to sqrt(2/n): one false alarm in 1e5                 |
+// | 8 %          | of a variance, Tukey's weights: 5 % lost to least squares, and as much again, since |
+// |              | weights as they came count each point that chance left far off as a worse one       |
 #include "measure/depth_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -350,7 +349,8 @@ TEST(DepthFit, PixelsOfUnknownNoiseSpoilNothing) {
 // The discs that grow are weighted, too.
 TEST(DepthFit, WindowsGrowWherePixelsDiffer) {
   const Image<double> noise = grains(kSize, 5.0);
-  double value = 0.0, slope = 0.0, said_slope = 0.0, weighted = 0.0, alike = 0.0, radius_px = 0.0, n = 0.0;
+  double value = 0.0, said_value = 0.0, slope = 0.0, said_slope = 0.0, weighted = 0.0, alike = 0.0,
+         radius_px = 0.0, n = 0.0;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const Image<DepthFit> fits = fit_depths(uneven_map(noise, seed), 4.0, 11.0);
     for (int y = 24; y < kSize - 24; y += 2)
@@ -362,6 +362,7 @@ TEST(DepthFit, WindowsGrowWherePixelsDiffer) {
         const Theory t = theory_of(noise, x, y, 11.0, 6);
         value += std::pow(fit.inverse_depth - 1.0 / 800.0 - bowl(x, y), 2);
         slope += std::pow(fit.slope_x - bowl_slope(x, y), 2);
+        said_value += static_cast<double>(fit.leverage) * noise(x, y) * noise(x, y);
         said_slope += static_cast<double>(fit.slope_xx) * noise(x, y) * noise(x, y);
         weighted += t.weighted_slope, alike += t.alike_slope;
       }
@@ -375,6 +376,7 @@ TEST(DepthFit, WindowsGrowWherePixelsDiffer) {
   EXPECT_NEAR(said_slope / weighted, 1.0, 0.01);
   // 3 draws of 80 x 80 pixels hold 13 discs each: 4.5 standard errors of a variance of 39 are 1.0; seen 0.1
   EXPECT_LT(slope / weighted, 2.0);
+  EXPECT_LT(value / said_value, 2.0);
   EXPECT_LT(slope, 0.5 * alike);
 }
 

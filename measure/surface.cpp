@@ -160,7 +160,7 @@ class Vertices {
     noise.leverage_of_pixel = std::move(leverage_of_pixel_);
     noise.shading_of_pixel = std::move(shading_of_pixel_);
     if (n_ > 0) {
-      noise.leverage = leverage_ / static_cast<double>(n_);
+      noise.leverage = own_squares_ > 0.0 ? squares_ / own_squares_ : leverage_ / static_cast<double>(n_);
       noise.radius_px = radius_ / static_cast<double>(n_);
     }
     if (light_ > 0.0) noise.shading = std::sqrt(shading_ / light_);
@@ -172,6 +172,11 @@ class Vertices {
                   const Eigen::Vector3d& p_cam_mm) {
     const bool is_beyond = x < 0 || y < 0 || x >= map_.z_mm.width || y >= map_.z_mm.height;
     if (is_beyond || !std::isfinite(map_.z_mm(x, y))) return;
+    const double own_sigma = static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
+    if (std::isfinite(own_sigma)) {
+      squares_ += static_cast<double>(fit.leverage) * own_sigma * own_sigma;
+      own_squares_ += own_sigma * own_sigma;
+    }
     leverage_ += static_cast<double>(fit.leverage);
     leverage_of_pixel_(x, y) = fit.leverage;
     radius_ += static_cast<double>(fit.radius_px);
@@ -180,7 +185,6 @@ class Vertices {
     const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
     const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
     if (!(cosine > kLeastCosine)) return;
-    const double own_sigma = static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
     const double relative =
         own_sigma * std::sqrt(share_in_pixel(fit.radius_px) * normal.shading_variance(fit, to_light));
     shading_of_pixel_(x, y) = static_cast<float>(relative);
@@ -201,8 +205,9 @@ class Vertices {
   std::shared_ptr<Mesh> mesh_;
   ImageF leverage_of_pixel_, shading_of_pixel_;
   std::vector<Eigen::Vector3f> normals_;
-  std::optional<Eigen::Vector3d> light_mm_;  ///< in the camera's frame
-  std::map<float, double> share_in_pixel_;   ///< by radius of the window
+  std::optional<Eigen::Vector3d> light_mm_;   ///< in the camera's frame
+  std::map<float, double> share_in_pixel_;    ///< by radius of the window
+  double squares_ = 0.0, own_squares_ = 0.0;  // of the noise of vertices, and of their pixels
   double leverage_ = 0.0, shading_ = 0.0, light_ = 0.0, radius_ = 0.0;
   std::size_t n_ = 0;
 };

@@ -14,7 +14,7 @@ namespace fringetwin::measure {
 
 /// What the noise of the measured points leaves in a surface, over the vertices that the projector lights.
 struct SurfaceNoise {
-  double leverage = 1.0;   ///< mean of the variances of a vertex' inverse depth over that of its own pixel's
+  double leverage = 1.0;   ///< mean variance of a vertex' inverse depth over the mean of its own pixel's
   double shading = 0.0;    ///< rms error of the light that pixels catch from the projector, over its rms
   double radius_px = 0.0;  ///< mean radius of the windows: neighbours within share their errors
   /// Of each pixel of the camera whose depths these are: leverage, times whose own variance is that of its

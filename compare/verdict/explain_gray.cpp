@@ -10,6 +10,7 @@ namespace fringetwin::compare {
 namespace {
 
 using measure::CameraDecode;
+using measure::DirectionDecode;
 
 class GrayExplanation {
  public:
@@ -104,6 +105,8 @@ class GrayExplanation {
     Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
     const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
     Turn at{0.0, 0.0};
+    double move_dn = 0.0;
+    const CameraResponse& response = pair_.camera->sensor.response;  // which the values are straight without
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
       const int image = pair_.gain_images[k];
       const double y = pair_.real_at(image, i);
@@ -122,6 +125,7 @@ class GrayExplanation {
         of = phases_[k];
         const auto phase = static_cast<double>(of->data[i]);
         at = {std::cos(phase), std::sin(phase)};
+        move_dn = fringe_move_dn(moved_[k], i);
       }
       const Turn& step = turns_[k];
       const double cosine = at.c * step.c - at.s * step.s, sine = at.s * step.c + at.c * step.s;
@@ -129,7 +133,7 @@ class GrayExplanation {
       shift.add(sine, r, noise, calibration);
       contrast.shape += cosine * off;
       shift.shape += sine * off;
-      const double moved = sine * fringe_move_dn(moved_[k], i);
+      const double moved = sine * move_dn / response.slope(predicted - fit_.row.black_level_dn);
       shaded += moved * moved;
       level.depth += moved;
       contrast.depth += cosine * moved;
@@ -151,16 +155,18 @@ class GrayExplanation {
   struct MovedFringe {
     const DirectionDecode* direction = nullptr;  ///< of the real side; null: not known
     const ImageF* amplitude_dn = nullptr;
-    double rad_per_px = 0.0;
+    double rad_per_px = 0.0;  ///< times the part of a change of depth that goes along the fringes' axis
   };
   MovedFringe moved_by_shape(const PatternSpec& p) const {
     if (!shape_.noise || !shape_.real || p.kind != PatternSpec::Kind::phase_step) return {};
     const DirectionDecode& d = shape_.real->directions[static_cast<std::size_t>(p.direction)];
     const auto pitch = static_cast<std::size_t>(p.pitch);
     if (pitch >= d.amplitude_dn.size() || d.coordinate_sigma_px.empty()) return {};
-    return {&d, &d.amplitude_dn[pitch], kTwoPi / d.pitches_px[pitch]};
+    return {&d, &d.amplitude_dn[pitch],
+            kTwoPi / d.pitches_px[pitch] * shape_.along[d.axis == Axis::x ? 0 : 1]};
   }
-  /// Returns the standard error of a gray value on the fringe's steepest slope.
+  /// Returns the standard error of a gray value, as it was taken, on the fringe's steepest slope; its sign is
+  /// the same all over a direction.
   double fringe_move_dn(const MovedFringe& moved, std::size_t i) const {
     if (!moved.direction) return 0.0;
     const double sigma_rad =

@@ -36,7 +36,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
                            const DirectionDecode& simulated, const ImageU8& interior,
                            const TextureShift& texture, const RenderingError& rendering,
                            const RigVariance& rig, const SeenPixels& seen, const ShapeInView& shape) {
-  const double shape_share = region_depth_share(shape);
+  const double depth_share = region_depth_share(shape);
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
@@ -50,7 +50,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       sum_blocks(difference.width, difference.height, row.regions, [&](int x0, int y0, int x1, int y1) {
         Sums out;
         BlockSum mean;
-        mean.shape_share = shape_share;
+        mean.depth_share = depth_share;
         for (int y = y0; y < y1; ++y)
           for (int x = x0; x < x1; ++x) {
             const auto d = static_cast<double>(difference(x, y));
@@ -66,7 +66,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             const double own = noise + textured;
             out.texture += textured;
             out.shape += of_shape;
-            mean.shape += std::sqrt(of_shape);
+            mean.depth += std::sqrt(of_shape);
             out.add(d * d, noise, own + of_shape, shared, moved);
             mean.add(1.0, d, own, moved);
             mean.together += static_cast<double>(texture.signed_rad.data[i]);

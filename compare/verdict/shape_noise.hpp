@@ -2,11 +2,13 @@
 // What the noise of a measured shape adds to the budgets of phase and gray values: neighbours share it, since
 // each vertex is told by a window of pixels (docs/metrics/verdict.md, "Explained").
 #pragma once
+#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 
 #include "measure/decode/decode_types.hpp"
 #include "measure/surface.hpp"
+#include "twin/twin.hpp"
 
 namespace fringetwin::compare {
 
@@ -51,6 +53,10 @@ struct RegionShares {
 /// noise.
 RegionShares region_shares(double radius_px, int region_px);
 
+/// Returns where the projector's image of what a pixel in the middle of this camera sees goes as the depth
+/// grows: a unit vector over the axes that have fringes. Without a projector, along the first of these.
+Eigen::Vector2d depth_direction(const Twin& twin, std::size_t camera);
+
 /// The noise of a measured shape in one camera's comparison; without one, nothing.
 struct ShapeInView {
   const ShapeNoise* noise = nullptr;
@@ -59,6 +65,9 @@ struct ShapeInView {
   /// The real side's decode of this camera, whose phases tell how far the shape's noise moves fringes; null:
   /// not known.
   const measure::CameraDecode* real = nullptr;
+  /// Of a change of depth, how far it goes along the projector's axes: a unit vector over those that have
+  /// fringes.
+  Eigen::Vector2d along{1.0, 0.0};
   bool shades = true;  ///< whether its normals' noise is seen: not where each pixel has a factor of its own
 };
 

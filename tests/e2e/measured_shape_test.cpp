@@ -66,15 +66,16 @@ json compared(const std::filesystem::path& dir, const Run& r) {
 // does: windows of 6 pixels and of 12 share it alike over regions of 16.
 TEST(MeasuredShape, ARightTwinIsExplained) {
   FT_NEED_DEVICE();
-  for (const char* seed : {"11", "12", "13"})
-    for (const char* radius_px : {"6", "12"}) {
-      const json states =
-          compared(scratch_folder("measured_shape"),
-                   {.smoothing = std::string("smoothing_px = 4\nmost_smoothing_px = ") + radius_px + "\n",
-                    .seed = seed})
-              .at("budget_verdict");
-      EXPECT_EQ(states.at("phase"), "explained") << seed << ", " << radius_px;
-      EXPECT_EQ(states.at("gray"), "explained") << seed << ", " << radius_px;
+  for (const std::string seed : {"11", "12", "13"})
+    for (const std::string radius_px : {"6", "12"}) {
+      const std::string smoothing = "smoothing_px = 4\nmost_smoothing_px = " + radius_px + "\n";
+      const json result = compared(scratch_folder("measured_shape"), {.smoothing = smoothing, .seed = seed});
+      for (const json& row : result.at("explained"))
+        if (row.at("quantity") != "coverage") {
+          EXPECT_EQ(row.at("state"), "explained") << seed << ", " << radius_px << row.dump();
+          // more noise than there is would hide errors: 0.83 ... 1.06 are seen
+          EXPECT_GT(row.at("regional_chi2").get<double>(), 0.75) << seed << ", " << radius_px << row.dump();
+        }
     }
 }
 
