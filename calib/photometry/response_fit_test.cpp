@@ -2,13 +2,13 @@
 // The response of a camera from series written by hand: levels by the formula, noise of block means and of
 // the light of whole images from a fixed seed.
 //
-// | tolerance | unit     | origin                                                                           |
-// |-----------|----------|----------------------------------------------------------------------------------|
-// | 3 sigma   | of fit   | its own standard errors                                                          |
-// | 0.59      | of a variance | over that said, of 80 draws: 3.5 sigma, four numbers; that said has 7 degrees
-// of freedom a draw | | 0.19      | DN       | held-out rms: 0.12 of noise 0.05 DN and image light 0.1 % (105
-// DN rms, bent), times | |           |          | sqrt(1 + 11/24) for 11 numbers fitted to 24 images; 3 sigma
-// of 24 draws of light   |
+// | tolerance | unit    | origin                                                                      |
+// |-----------|---------|-----------------------------------------------------------------------------|
+// | 3 sigma   | of fit  | its own standard errors                                                     |
+// | 0.59      | of chi2 | a variance of 80 draws over that said, which has 7 degrees a draw: 3.5 sigma |
+// | 0.19      | DN      | held-out rms: 0.12 of noise 0.05 DN and image light 0.1 % (105 DN rms, bent) |
+// |           |         | times sqrt(1 + 11/24) for 11 numbers fitted to 24 images; 3 sigma of 24      |
+// |           |         | draws of light                                                              |
 #include "calib/photometry/response_fit.hpp"
 
 #include <gtest/gtest.h>
