@@ -76,6 +76,12 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
   return own;
 }
 
+/// Returns whether a measured shape was built from the images that are compared of this camera: it follows
+/// their noise, and moves no fringe against them.
+bool follows_shape(const Twin& twin, const CompareOptions& options, std::size_t camera) {
+  return options.use_steps.empty() && (camera == 0 || twin.measure.triangulate == Triangulate::stereo);
+}
+
 /// Returns what the noise of a measured shape does to the shading of each pixel; nothing without one.
 ShadingNoise shading_noise(const ShapeInView& shape) {
   if (!shape.noise || !shape.shades) return {};
@@ -145,8 +151,7 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     const ShapeInView shape{.noise = options.shape_noise.get(),
                             .camera = c,
                             .ambient = twin.projector ? twin.projector->ambient : 0.0,
-                            // a shape that follows the compared steps themselves moves no fringe against them
-                            .real = options.use_steps.empty() ? nullptr : real_decode,
+                            .real = follows_shape(twin, options, c) ? nullptr : real_decode,
                             .along = depth_direction(twin, c)};
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise,
                                     shading_noise(shape_in_budget(shape, own)));

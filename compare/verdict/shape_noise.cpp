@@ -29,7 +29,8 @@ double share_of(const Eigen::MatrixXd& kernel, int region_px) {
 }  // namespace
 
 Eigen::Vector2d depth_direction(const Twin& twin, std::size_t camera) {
-  constexpr double kBaselines = 10.0, kFurther = 1.001;  // an epipolar line is one for all depths
+  // An epipolar line is one for all depths: the first that both devices see tells it.
+  constexpr double kBaselines[] = {10.0, 5.0, 3.0, 2.0, 1.5, 1.0}, kFurther = 1.001;
   Eigen::Vector2d has_fringes = Eigen::Vector2d::Zero();
   for (const DirectionFringes& d : twin.fringes.directions) has_fringes[d.axis == Axis::x ? 0 : 1] = 1.0;
   const Eigen::Vector2d first = has_fringes.x() > 0.0 ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY();
@@ -38,12 +39,15 @@ Eigen::Vector2d depth_direction(const Twin& twin, std::size_t camera) {
   const auto ray = c.lens.unproject({0.5 * (c.lens.width() - 1), 0.5 * (c.lens.height() - 1)});
   if (!ray) return first;
   const Pose T_proj_cam = twin.projector->T_proj_world * c.T_cam_world.inverse();
-  const double depth_mm = kBaselines * T_proj_cam.translation_mm.norm();
-  const auto near_px = twin.projector->lens.project(T_proj_cam * Eigen::Vector3d(depth_mm * *ray)),
-             far_px = twin.projector->lens.project(T_proj_cam * Eigen::Vector3d(kFurther * depth_mm * *ray));
-  if (!near_px || !far_px) return first;
-  const Eigen::Vector2d along = (*far_px - *near_px).cwiseProduct(has_fringes);
-  return along.norm() > 0.0 ? Eigen::Vector2d(along.normalized()) : first;
+  for (const double baselines : kBaselines) {
+    const Eigen::Vector3d p_mm = baselines * T_proj_cam.translation_mm.norm() * *ray;
+    const auto near_px = twin.projector->lens.project(T_proj_cam * p_mm),
+               far_px = twin.projector->lens.project(T_proj_cam * Eigen::Vector3d(kFurther * p_mm));
+    if (!near_px || !far_px) continue;
+    const Eigen::Vector2d along = (*far_px - *near_px).cwiseProduct(has_fringes);
+    return along.norm() > 0.0 ? Eigen::Vector2d(along.normalized()) : first;
+  }
+  return first;
 }
 
 RegionShares region_shares(double radius_px, int region_px) {
