@@ -16,6 +16,7 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr double kSteepest = 6.0;        ///< depth over lateral step of neighbours on one surface
+constexpr double kJoinSigmas = 6.0;      ///< of the noise, besides
 constexpr double kFilledFraction = 0.7;  ///< of the window that must be known to fill a missing pixel
 constexpr double kLeastRcond = 1e-8;     ///< of normal equations that tell their solution
 
@@ -184,7 +185,8 @@ class WindowFit {
       const std::size_t pixel = map_.z_mm.index(x + o.dx, y + o.dy);
       if (missing) sigma = stated_sigma_mm(pixel);
       // a depth that is unknown is farther than anything
-      if (!(std::abs(centre - map_.z_mm.data[pixel]) <= steepest_[k] * centre + 6.0 * sigma)) continue;
+      if (!(std::abs(centre - map_.z_mm.data[pixel]) <= steepest_[k] * centre + kJoinSigmas * sigma))
+        continue;
       pixels_.push_back(
           {&powers_[k], depths_.value.data[pixel], static_cast<double>(depths_.certainty.data[pixel])});
     }
@@ -220,7 +222,7 @@ class WindowFit {
 double DepthMap::steepest(double pixels) const { return kSteepest * pixels * step; }
 
 bool DepthMap::joined(double z0, double z1, double pixels, double sigma) const {
-  return std::abs(z0 - z1) <= steepest(pixels) * z0 + 6.0 * sigma;
+  return std::abs(z0 - z1) <= steepest(pixels) * z0 + kJoinSigmas * sigma;
 }
 
 std::vector<WindowOffset> window_of(double radius_px) {

@@ -253,11 +253,11 @@ DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int 
   return out;
 }
 
-template <class T>
-Image<T> with_frame(const Image<T>& image, T value) {
-  Image<T> out(image.width + 2 * kFrame, image.height + 2 * kFrame, value);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) out(x + kFrame, y + kFrame) = image(x, y);
+/// Returns the fits with a frame of pixels around them that are not known.
+Image<DepthFit> with_frame(const Image<DepthFit>& fits) {
+  Image<DepthFit> out(fits.width + 2 * kFrame, fits.height + 2 * kFrame, DepthFit{});
+  for (int y = 0; y < fits.height; ++y)
+    for (int x = 0; x < fits.width; ++x) out(x + kFrame, y + kFrame) = fits(x, y);
   return out;
 }
 
@@ -288,7 +288,7 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
     throw UserError(ExitCode::usage, twin.file.string(), "smoothing_px must lie between 0 and 50");
   const Camera& cam = twin.cameras[camera];
   const DepthMap map = make_depth_map(cam, cloud);
-  Image<DepthFit> fits = with_frame(fit_depths(map, shape.smoothing_px, shape.most_smoothing_px), DepthFit{});
+  Image<DepthFit> fits = with_frame(fit_depths(map, shape.smoothing_px, shape.most_smoothing_px));
   ImageD anchor_mm(fits.width, fits.height, DepthFit::kUnknown);
   std::vector<std::pair<std::size_t, DepthFit>> beyond;  // entered when all have looked at what is measured
   for (int y = 0; y < fits.height; ++y)

@@ -24,10 +24,10 @@
 #include "compare/refine/apply_texture.hpp"
 #include "compare/refine/refine.hpp"
 #include "measure/measurement.hpp"
-#include "render/reference/reference.hpp"
 #include "render/sensor/sensor.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "tests/support/reference_captures.hpp"
 #include "twin/base/errors.hpp"
 
 namespace fringetwin::compare::held_out_test {
@@ -54,23 +54,12 @@ class HeldOutImages : public ::testing::Test {
   /// What the reference says this rig records; a pixel reflects a factor of its own where it is `textured`,
   /// and shows up to `offset_dn` besides.
   std::vector<CameraImages> recorded(const Twin& rig, bool textured = false, double offset_dn = 0.0) const {
-    const render::Reference reference(rig);
-    std::mt19937 random(7);
-    std::normal_distribution<double> normal(0.0, 1.0);
-    CameraImages out;
-    out.camera = rig.cameras[0].name;
-    out.bit_depth = 12;
-    out.images.assign(expand_sequence(rig.fringes).size(), ImageF(kWidth, kHeight, 0.0F));
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      const auto pixel = reference.pixel(0, i % kWidth, i / kWidth, {.gauss_n = 4});
-      const double factor = textured ? std::exp(0.1 * normal(random)) : 1.0,
-                   offset =
-                       offset_dn > 0.0 ? std::uniform_real_distribution<double>(0.0, offset_dn)(random) : 0.0;
-      for (std::size_t k = 0; k < out.images.size(); ++k)
-        out.images[k].as_floats()[static_cast<std::size_t>(i)] = static_cast<float>(
-            std::round(20.0 * factor * pixel.irradiance[k] + offset + kNoiseDn * normal(random)));
-    }
-    return {out};
+    return testing::reference_captures(rig, 4, [=](testing::Draws& draws) {
+      const double factor = textured ? std::exp(0.1 * draws.normal(draws.random)) : 1.0;
+      const double offset_dn_of_one =
+          offset_dn > 0.0 ? std::uniform_real_distribution<double>(0.0, offset_dn)(draws.random) : 0.0;
+      return testing::PixelsOwn{factor, offset_dn_of_one};
+    });
   }
 
   Side simulated(const Twin& twin) const {

@@ -60,9 +60,8 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             if (!(noise > 0.0)) continue;
             const double moved = rig.variance ? static_cast<double>(rig.variance->data[i]) : 0.0;
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
-            const double of_shape = shape.noise ? shape.noise->leverage_at(shape.camera, i) *
-                                                      shape.noise->of_phase * variance(real, i)
-                                                : 0.0;
+            const double of_shape =
+                shape.noise ? shape.noise->share_of_phase_at(shape.camera, i) * variance(real, i) : 0.0;
             const double own = noise + textured;
             out.texture += textured;
             out.shape += of_shape;

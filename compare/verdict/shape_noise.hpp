@@ -28,11 +28,16 @@ struct ShapeNoise {
   double shading_at(std::size_t camera, std::size_t pixel) const {
     return at(camera, surface.shading_of_pixel, pixel, surface.shading);
   }
+  /// Returns the variance of a phase that the shape's noise leaves in a pixel over that of the phase from the
+  /// steps that are compared.
+  double share_of_phase_at(std::size_t camera, std::size_t pixel) const {
+    return leverage_at(camera, pixel) * of_phase;
+  }
   /// Returns the standard error of the projector coordinate that the shape's noise leaves in a pixel; `real`:
   /// of the steps that are compared.
   double coordinate_sigma_at(std::size_t camera, const measure::DirectionDecode& real,
                              std::size_t pixel) const {
-    return std::sqrt(leverage_at(camera, pixel) * of_phase) *
+    return std::sqrt(share_of_phase_at(camera, pixel)) *
            static_cast<double>(real.coordinate_sigma_px.data[pixel]);
   }
 

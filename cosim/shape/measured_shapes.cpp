@@ -76,10 +76,10 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
     // what differs by chance alone would stand in the shape as a ripple
     if (light && !light->differ()) std::ranges::fill(light->factor, 1.0);
     if (light && !light->are_shifted()) light->shift_rad.clear();
-    if (light) warn_of_untold_orders(twin, object, c, *light, told);
-    if (light)
+    if (light) {
+      warn_of_untold_orders(twin, object, c, *light, told);
       out[c] = measure::with_plain_fringes(std::move(out[c]), twin.fringes, *light, options, steps.used);
-    else
+    } else {
       warn_once(
           fmt::format("object \"{}\", camera \"{}\": the phase steps{} do not tell light and waveform of "
                       "the fringes, which correct_fringes is to take out: the shape is measured without",
@@ -88,6 +88,7 @@ std::vector<CameraImages> with_plain_fringes(const Twin& twin, const Object& obj
                           ? ""
                           : " that are left where some are held out"),
           told);
+    }
   }
   return out;
 }

@@ -24,9 +24,9 @@
 #include "compare/held_out/held_out.hpp"
 #include "cosim/simulate.hpp"
 #include "measure/measurement.hpp"
-#include "render/reference/reference.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/paper_rig.hpp"
+#include "tests/support/reference_captures.hpp"
 
 namespace fringetwin::cosim::measured_shapes_test {
 namespace {
@@ -58,20 +58,7 @@ Twin uneven_rig() {
 
 /// What the reference says this rig records of the ball.
 std::vector<CameraImages> recorded(const Twin& of) {
-  const render::Reference reference(testing::with_object(of, "ball", testing::physical_sphere()));
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal(0.0, 1.0);
-  CameraImages out;
-  out.camera = of.cameras[0].name;
-  out.bit_depth = 12;
-  out.images.assign(expand_sequence(of.fringes).size(), ImageF(kWidth, kHeight, 0.0F));
-  for (int i = 0; i < kWidth * kHeight; ++i) {
-    const auto pixel = reference.pixel(0, i % kWidth, i / kWidth, {.gauss_n = 3});
-    for (std::size_t k = 0; k < out.images.size(); ++k)
-      out.images[k].as_floats()[static_cast<std::size_t>(i)] = static_cast<float>(
-          std::round(of.cameras[0].sensor.gain_dn * pixel.irradiance[k] + kNoiseDn * normal(random)));
-  }
-  return {out};
+  return testing::reference_captures(testing::with_object(of, "ball", testing::physical_sphere()), 3);
 }
 
 /// The twin whose ball is measured.
