@@ -76,16 +76,10 @@ OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::
   return own;
 }
 
-/// Returns whether a measured shape was built from the images that are compared of this camera: it follows
-/// their noise, and moves no fringe against them.
-bool follows_shape(const Twin& twin, const CompareOptions& options, std::size_t camera) {
-  return options.use_steps.empty() && (camera == 0 || twin.measure.triangulate == Triangulate::stereo);
-}
-
 /// Returns what the noise of a measured shape does to the shading of each pixel; nothing without one.
 ShadingNoise shading_noise(const ShapeInView& shape) {
   if (!shape.noise || !shape.shades) return {};
-  return {[shape](std::size_t pixel) { return shape.noise->shading_at(shape.camera, pixel); }, shape.ambient};
+  return {[shape](std::size_t pixel) { return shape.shading_at(pixel); }, shape.ambient};
 }
 
 /// What causes are fitted to, a camera each: the images that the gain is fitted on, and those with the images
@@ -148,11 +142,7 @@ CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simula
     }
     for (GrayRow& row : gray_rows(twin, pair, fit)) out.gray.push_back(std::move(row));
     const OwnOfPixels own = own_of_pixels(twin, options, c);
-    const ShapeInView shape{.noise = options.shape_noise.get(),
-                            .camera = c,
-                            .ambient = twin.projector ? twin.projector->ambient : 0.0,
-                            .real = follows_shape(twin, options, c) ? nullptr : real_decode,
-                            .along = depth_direction(twin, c)};
+    const ShapeInView shape = shape_in_view(options.shape_noise.get(), twin, c, real_decode);
     const auto budget = gray_budget(pair, fit, real_decode, simulated_decode, noise,
                                     shading_noise(shape_in_budget(shape, own)));
     if (budget) out.gray_budget.push_back(*budget);
@@ -362,6 +352,7 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
     const SeenPixels seen = seen_pixels(real_decode, simulated_decode);
     const RenderingError rendering = rendering_error(twin.cameras[c], options.rendered, 1.0);
     LightOfReal light(twin, c, real);
+    const ShapeInView shape = shape_in_view(options.shape_noise.get(), twin, c, real_decode);
     for (std::size_t d = 0; d < real_decode->directions.size(); ++d) {
       const DirectionDecode& r = real_decode->directions[d];
       const DirectionDecode* s = simulated_decode->direction(r.axis);
@@ -375,10 +366,11 @@ bool compare_phase(const Twin& twin, const Side& real, const Side& simulated, co
           texture_shift(r, *s, twin.cameras[c].texture.get(), twin.cameras[c].pixel_side_px());
       out.explained.push_back(
           explain_phase(real_decode->camera, r, *s, interior, texture, rendering,
-                        rig ? RigVariance{&rig->phase_rad2[c][d], rig->line} : RigVariance{}, seen,
-                        {options.shape_noise.get(), c}));
-      if (const auto ripple = test_ripple(twin, r, *s, options.use_steps, interior, texture))
+                        rig ? RigVariance{&rig->phase_rad2[c][d], rig->line} : RigVariance{}, seen, shape));
+      if (auto ripple = test_ripple(twin, r, *s, options.use_steps, interior, texture)) {
+        count_shape(shape, r, *s, interior, *ripple);
         judge_ripple(*ripple, rendering, r, *s, out.explained.back());
+      }
       if (out.explained.back().brightness_chi2 > out.explained.back().ripple_limit)
         predict_brightness(twin, c, real, r, options, light, out);
       judge_orders(*phase, farthest_rad(r), out.explained.back(), out.warnings);

@@ -39,6 +39,15 @@ void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
                       "use threshold = \"mean\" or \"inverse\"");
 }
 
+/// Returns the share of the compared steps (none named: all) that a shape was built from, too.
+double share_in(const std::vector<int>& built_from, const std::vector<int>& compared, int steps) {
+  const std::vector<int> of = compared.empty() ? measure::all_steps(steps) : compared;
+  if (of.empty()) return 1.0;  // a code alone, which is decoded whole
+  const auto both = std::ranges::count_if(
+      of, [&](int step) { return std::ranges::find(built_from, step) != built_from.end(); });
+  return static_cast<double>(both) / static_cast<double>(of.size());
+}
+
 /// Loads everything that is read and checks everything that can be checked before a device is opened.
 Run load_run(const CosimRequest& request) {
   Run run;
@@ -71,14 +80,10 @@ Run load_run(const CosimRequest& request) {
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
     run.options.note = measured_shape_note(run.twin, run.options.use_steps);
-    const auto built_from = static_cast<double>(steps_of_measured_shape(run.twin));
+    const std::vector<int> built_from = steps_of_measured_shape(run.twin);
     if (const auto noise = build_measured_shapes(run.twin, run.real.images)) {
-      const std::size_t n = run.options.use_steps.size();
-      const double compared = n > 0 ? static_cast<double>(n) : run.twin.fringes.steps;
-      auto shape_noise = std::make_shared<compare::ShapeNoise>();
-      shape_noise->surface = *noise;
-      if (built_from > 0.0) shape_noise->of_phase = compared / built_from;
-      run.options.shape_noise = std::move(shape_noise);
+      run.options.shape_noise = std::make_shared<const compare::ShapeNoise>(
+          *noise, share_in(built_from, run.options.use_steps, run.twin.fringes.steps));
     }
   }
   check_refine(run.twin, request.refine);

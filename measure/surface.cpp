@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "measure/depth_fit.hpp"
+#include "measure/points/coordinate_map.hpp"
 #include "twin/base/errors.hpp"
-#include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
 namespace {
@@ -118,18 +118,26 @@ struct NormalOfFit {
   }
 };
 
+/// Returns the variance that a mean over many neighbouring points has, over that of as many whose noise is
+/// their own. Where two cameras measure, the second one's map is read between its pixels, which lessens the
+/// noise of each point, but not that of a mean; both cameras are taken to have the same.
+double variance_shared(const Twin& twin) {
+  if (twin.measure.triangulate != Triangulate::stereo) return 1.0;
+  return 2.0 / (1.0 + CoordinateMap::mean_noise_gain_sq());
+}
+
 /// Collects the vertices of a surface, a pixel each, and what noise they have.
 class Vertices {
  public:
-  Vertices(const Twin& twin, const Camera& camera, const DepthMap& map)
-      : lens_(camera.lens),
-        T_world_cam_(camera.T_cam_world.inverse()),
+  Vertices(const Twin& twin, std::size_t camera, const DepthMap& map)
+      : lens_(twin.cameras[camera].lens),
+        T_world_cam_(twin.cameras[camera].T_cam_world.inverse()),
         map_(map),
-        mesh_(new Mesh),
-        leverage_of_pixel_(map.z_mm.width, map.z_mm.height, std::numeric_limits<float>::quiet_NaN()),
-        shading_of_pixel_(leverage_of_pixel_) {
+        mesh_(new Mesh) {
+    shared_ = std::sqrt(variance_shared(twin));
+    for (std::size_t c = 0; c < twin.cameras.size(); ++c) seen_.emplace_back(twin, c, camera);
     if (twin.projector)
-      light_mm_ = camera.T_cam_world * twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
+      light_mm_ = T_world_cam_.inverse() * twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
   }
 
   /// Adds a vertex, of a pixel of the image or of the frame around it. Returns its index, -1 where the lens
@@ -139,11 +147,9 @@ class Vertices {
     if (!at) return -1;
     const Eigen::Vector3d p_cam_mm = at->ray / fit.inverse_depth;
     Eigen::Vector3d normal_world = Eigen::Vector3d::Constant(std::nan(""));
-    if (std::isfinite(fit.slope_x)) {
-      const NormalOfFit normal(*at, fit);
-      normal_world = T_world_cam_.rotation * normal.normal.normalized();
-      note_noise(x, y, fit, normal, p_cam_mm);
-    }
+    const NormalOfFit normal(*at, fit);
+    if (std::isfinite(fit.slope_x)) normal_world = T_world_cam_.rotation * normal.normal.normalized();
+    note_noise(x, y, fit, normal, p_cam_mm);
     mesh_->vertices_mm.push_back((T_world_cam_ * p_cam_mm).cast<float>());
     normals_.push_back(normal_world.cast<float>());
     return static_cast<int>(mesh_->vertices_mm.size()) - 1;
@@ -157,14 +163,12 @@ class Vertices {
     for (std::size_t i = 0; i < normals_.size(); ++i)
       if (std::isfinite(normals_[i].x())) mesh_->vertex_normals[i] = normals_[i];
     SurfaceNoise noise;
-    noise.leverage_of_pixel = std::move(leverage_of_pixel_);
-    noise.shading_of_pixel = std::move(shading_of_pixel_);
     if (n_ > 0) {
       noise.leverage = own_squares_ > 0.0 ? squares_ / own_squares_ : leverage_ / static_cast<double>(n_);
-      noise.radius_px = radius_ / static_cast<double>(n_);
+      noise.radius_px = radius_px_ / static_cast<double>(n_);
     }
-    if (light_ > 0.0) noise.shading = std::sqrt(shading_ / light_);
-    return {std::move(mesh_), noise};
+    for (NoiseInView& seen : seen_) noise.of_camera.push_back(std::move(seen).finish());
+    return {std::move(mesh_), std::move(noise)};
   }
 
  private:
@@ -178,37 +182,48 @@ class Vertices {
       own_squares_ += own_sigma * own_sigma;
     }
     leverage_ += static_cast<double>(fit.leverage);
-    leverage_of_pixel_(x, y) = fit.leverage;
-    radius_ += static_cast<double>(fit.radius_px);
+    radius_px_ += static_cast<double>(fit.radius_px);
     ++n_;
-    if (!light_mm_) return;
-    const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
-    const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
-    if (!(cosine > kLeastCosine)) return;
-    const double relative =
-        own_sigma * std::sqrt(share_in_pixel(fit.radius_px) * normal.shading_variance(fit, to_light));
-    shading_of_pixel_(x, y) = static_cast<float>(relative);
-    shading_ += std::pow(relative * cosine, 2);
-    light_ += cosine * cosine;
+    if (!std::isfinite(own_sigma)) return;
+    const VertexNoise vertex{
+        .p_mm = T_world_cam_ * p_cam_mm,
+        // nothing is known of a window of one pixel: it faces the camera
+        .normal =
+            T_world_cam_.rotation * (std::isfinite(fit.slope_x) ? normal.normal : Eigen::Vector3d(-p_cam_mm)),
+        .depth_mm = shared_ * own_sigma * p_cam_mm.z() * p_cam_mm.z() *
+                    std::sqrt(static_cast<double>(fit.leverage) * share_in_pixel(fit.radius_px).depth),
+        .shading = light_mm_ ? shared_ * own_sigma * shading_per_sigma(fit, normal, *light_mm_ - p_cam_mm)
+                             : DepthFit::kUnknown,
+        .radius_px = fit.radius_px};
+    for (NoiseInView& seen : seen_) seen.add(vertex);
   }
 
-  double share_in_pixel(float radius_px) {
+  /// Returns the relative error of the light that a pixel catches per error of its own inverse depth; NaN
+  /// where it catches hardly any.
+  double shading_per_sigma(const DepthFit& fit, const NormalOfFit& normal, const Eigen::Vector3d& to_light) {
+    const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
+    if (!(cosine > kLeastCosine)) return DepthFit::kUnknown;
+    return std::sqrt(share_in_pixel(fit.radius_px).slope * normal.shading_variance(fit, to_light));
+  }
+
+  const PixelShares& share_in_pixel(float radius_px) {
     const auto [it, is_new] = share_in_pixel_.try_emplace(radius_px);
-    if (is_new) it->second = slope_share_in_pixel(static_cast<double>(radius_px));
+    if (is_new) it->second = shares_in_pixel(static_cast<double>(radius_px));
     return it->second;
   }
 
   static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
   const Lens& lens_;
+  double shared_ = 1.0;  ///< noise of a window, over that of points whose noise is their own
   Pose T_world_cam_;
   const DepthMap& map_;
   std::shared_ptr<Mesh> mesh_;
-  ImageF leverage_of_pixel_, shading_of_pixel_;
+  std::vector<NoiseInView> seen_;  ///< a camera each
   std::vector<Eigen::Vector3f> normals_;
-  std::optional<Eigen::Vector3d> light_mm_;   ///< in the camera's frame
-  std::map<float, double> share_in_pixel_;    ///< by radius of the window
-  double squares_ = 0.0, own_squares_ = 0.0;  // of the noise of vertices, and of their pixels
-  double leverage_ = 0.0, shading_ = 0.0, light_ = 0.0, radius_ = 0.0;
+  std::optional<Eigen::Vector3d> light_mm_;      ///< in the camera's frame
+  std::map<float, PixelShares> share_in_pixel_;  ///< by radius of the window
+  double squares_ = 0.0, own_squares_ = 0.0;     // of the noise of vertices, and of their pixels
+  double leverage_ = 0.0, radius_px_ = 0.0;      // sums
   std::size_t n_ = 0;
 };
 
@@ -263,21 +278,33 @@ Image<DepthFit> with_frame(const Image<DepthFit>& fits) {
 
 }  // namespace
 
-double slope_share_in_pixel(double radius_px) {
+PixelShares shares_in_pixel(double radius_px) {
   constexpr std::array kOfVertices{0.125, 0.75, 0.125};  // in a pixel's mean, along an axis
   const std::vector<WindowOffset> window = window_of(radius_px);
-  const int r = static_cast<int>(radius_px) + 1, size = 2 * r + 1;
-  ImageD seen(size, size, 0.0);  // what each depth adds to the pixel's mean slope along x, but for a factor
-  double own = 0.0;
+  // A quadratic's value in the middle gives each point a weight 1 - curved (dx^2 + dy^2), but for a factor:
+  // of what is fitted, only that cannot be told from a curvature. Its slope along x gives it dx.
+  double squares = 0.0, fourths = 0.0;
   for (const WindowOffset& o : window) {
-    own += static_cast<double>(o.dx * o.dx);
-    for (int v = -1; v <= 1; ++v)
-      for (int u = -1; u <= 1; ++u)
-        seen(o.dx + u + r, o.dy + v + r) += kOfVertices[u + 1] * kOfVertices[v + 1] * o.dx;
+    squares += o.dx * o.dx;
+    fourths += o.dx * o.dx * (o.dx * o.dx + o.dy * o.dy);
   }
-  double mean = 0.0;
-  for (const double s : seen.data) mean += s * s;
-  return own > 0.0 ? mean / own : 1.0;
+  const double curved = window.size() < static_cast<std::size_t>(kQuadraticPoints) ? 0.0 : squares / fourths;
+  const int r = static_cast<int>(radius_px) + 1, size = 2 * r + 1;
+  ImageD depth(size, size, 0.0), slope(size, size, 0.0);  // what each point adds to the pixel's mean
+  PixelShares own{0.0, 0.0}, mean{0.0, 0.0};
+  for (const WindowOffset& o : window) {
+    const double in_depth = 1.0 - curved * (o.dx * o.dx + o.dy * o.dy), in_slope = o.dx;
+    own.depth += in_depth * in_depth, own.slope += in_slope * in_slope;
+    for (int v = -1; v <= 1; ++v)
+      for (int u = -1; u <= 1; ++u) {
+        const double of_vertex = kOfVertices[u + 1] * kOfVertices[v + 1];
+        depth(o.dx + u + r, o.dy + v + r) += of_vertex * in_depth;
+        slope(o.dx + u + r, o.dy + v + r) += of_vertex * in_slope;
+      }
+  }
+  for (const double d : depth.data) mean.depth += d * d;
+  for (const double s : slope.data) mean.slope += s * s;
+  return {mean.depth / own.depth, own.slope > 0.0 ? mean.slope / own.slope : 1.0};
 }
 
 MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointCloud& cloud,
@@ -298,7 +325,7 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
       else if (const DepthFit fit = continued(map, fits, x, y, anchor_mm(x, y)); fit.known())
         beyond.emplace_back(static_cast<std::size_t>(y) * fits.width + x, fit);
   for (const auto& [pixel, fit] : beyond) fits.data[pixel] = fit;
-  Vertices vertices(twin, cam, map);
+  Vertices vertices(twin, camera, map);
   const int width = fits.width, height = fits.height;
   Image<int> vertex(width, height, -1);
   for (int y = 0; y < height; ++y)

@@ -98,6 +98,11 @@ PointCloud drawn(const PointCloud& clean, const Eigen::Vector3d& camera_mm, unsi
   return cloud;
 }
 
+/// Returns the projector's column that lights a point.
+double column_of(const Twin& twin, const Eigen::Vector3d& p_world_mm) {
+  return twin.projector->lens.project(twin.projector->T_proj_world * p_world_mm)->x();
+}
+
 // A checker of noise, four times as much on its dark squares: what is said of a vertex holds for that vertex.
 TEST(Surface, SaysWhatNoiseEachPixelHas) {
   const Twin twin = scaled_paper_rig(0.25);
@@ -111,8 +116,8 @@ TEST(Surface, SaysWhatNoiseEachPixelHas) {
   const Eigen::Vector3d camera_mm = camera.T_cam_world.inverse() * Eigen::Vector3d::Zero(),
                         light_mm = twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
   constexpr double kRadiusPx = 3.0;
-  const double of_vertex = std::sqrt(slope_share_in_pixel(kRadiusPx));  // what is said is of a pixel's mean
-  double depth[2] = {}, shading[2] = {}, count[2] = {};                 // over what is said; quiet, noisy
+  const PixelShares in_pixel = shares_in_pixel(kRadiusPx);  // what is said is of a pixel's mean
+  double depth[2] = {}, shading[2] = {}, count[2] = {};     // over what is said; quiet, noisy
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const PointCloud cloud = drawn(clean, camera_mm, seed);
     const MeasuredSurface surface = build_surface(twin, 0, cloud, MeasuredShape{.smoothing_px = kRadiusPx});
@@ -120,19 +125,21 @@ TEST(Surface, SaysWhatNoiseEachPixelHas) {
       const Eigen::Vector3d p_mm = surface.mesh->vertices_mm[v].cast<double>();
       const auto q = camera.lens.project(camera.T_cam_world * p_mm);
       const int x = static_cast<int>(std::lround(q->x())), y = static_cast<int>(std::lround(q->y()));
-      const ImageF& leverages = surface.noise.leverage_of_pixel;
-      const bool is_inside = x >= 0 && y >= 0 && x < leverages.width && y < leverages.height;
+      const SurfaceNoiseInView& said = surface.noise.of_camera[0];
+      const bool is_inside = x >= 0 && y >= 0 && x < said.shading.width && y < said.shading.height;
       if (!is_inside || x % 7 != 0 || y % 7 != 0) continue;
-      const auto leverage = static_cast<double>(leverages(x, y)),
-                 light = static_cast<double>(surface.noise.shading_of_pixel(x, y)) / of_vertex;
-      if (std::isnan(leverage) || std::isnan(light)) continue;
+      const double moved_px = static_cast<double>(said.moved_px[0](x, y)) / std::sqrt(in_pixel.depth),
+                   light = static_cast<double>(said.shading(x, y)) / std::sqrt(in_pixel.slope);
+      if (std::isnan(moved_px) || std::isnan(light)) continue;
       const Eigen::Vector3d ray = (p_mm - camera_mm).normalized();
       const double off_mm = n.dot(p_mm - at_mm) / n.dot(ray);
       const bool noisy = dark(Eigen::Vector2f(static_cast<float>(x), static_cast<float>(y)));
       const Eigen::Vector3d to_light = (light_mm - p_mm).normalized();
       const double caught =
           surface.mesh->vertex_normals[v].cast<double>().dot(to_light) / n.dot(to_light) - 1.0;
-      depth[noisy] += off_mm * off_mm / (leverage * (noisy ? 16e-4 : 1e-4));
+      const double off_px = column_of(twin, p_mm) - column_of(twin, p_mm - off_mm * ray);
+      depth[noisy] += std::pow(off_px / moved_px, 2);
+      ASSERT_GE(off_px * moved_px * off_mm, 0.0) << "the sign is that of a depth which is too large";
       shading[noisy] += std::pow(caught / light, 2);
       count[noisy] += 1.0;
     }

@@ -38,16 +38,6 @@ void add_region(const BlockSum& block, double shared, Sums& out) {
   ++out.n_regions;
 }
 
-double region_shading_share(const ShapeInView& shape) {
-  if (!shape.noise) return 0.0;
-  const double radius_px = shape.noise->surface.radius_px;  // the noise is that of a pixel's mean
-  return region_shares(radius_px, kRegion).slope / measure::slope_share_in_pixel(std::round(radius_px));
-}
-
-double region_depth_share(const ShapeInView& shape) {
-  return shape.noise ? region_shares(shape.noise->surface.radius_px, kRegion).depth : 0.0;
-}
-
 bool take_sums(const Sums& s, ExplainedRow& row) {
   const auto n = static_cast<double>(s.n);
   row.n = s.n;

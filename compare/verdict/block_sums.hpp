@@ -14,7 +14,6 @@
 
 namespace fringetwin::compare {
 
-inline constexpr int kRegion = 16;          ///< px: side of a region
 inline constexpr int kFewestInRegion = 64;  ///< pixels
 inline constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
 
@@ -24,10 +23,9 @@ inline constexpr const char* kOfPixels = "the pixels that a side sees with modul
 struct BlockSum {
   double sum = 0.0, variance = 0.0, weight = 0.0, weight2 = 0.0, calibration = 0.0;
   double together = 0.0;  ///< what a known effect adds to the sum
-  double shape = 0.0;     ///< what the shape's noise would add to the sum if all shared one standard error
-  double shape_share = 0.0;
-  double depth = 0.0;  ///< the same of the shape's depths, which share over another window than its slopes
-  double depth_share = 0.0;
+  /// What the noise of a shape's slopes, and of its depths, adds to the sum if all share one standard error:
+  /// of each value that times the root of the share which a region's mean keeps.
+  double slopes = 0.0, depths = 0.0;
   int pixels = 0;
   void add(double weight_of_one, double residual, double noise, double calibration_of_one) {
     sum += weight_of_one * residual;
@@ -40,7 +38,7 @@ struct BlockSum {
   bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }
   double expected(double shared) const {
     return variance + weight * weight * shared + weight2 * calibration + together * together +
-           shape_share * shape * shape + depth_share * depth * depth;
+           slopes * slopes + depths * depths;
   }
   double chi2(double shared) const { return sum * sum / expected(shared); }
   /// The same without what is uncertain of the rig.
@@ -91,11 +89,6 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
 
 /// Counts a block's sum among the regions where it has enough pixels.
 void add_region(const BlockSum& block, double shared, Sums& out);
-
-/// Returns the share of its shading's noise that the mean over a region has; 0 without noise.
-double region_shading_share(const ShapeInView& shape);
-/// Returns the same of the noise of its depths.
-double region_depth_share(const ShapeInView& shape);
 
 /// Writes what single values and regions show into the row. Returns false where the values are too few.
 bool take_sums(const Sums& s, ExplainedRow& row);

@@ -79,8 +79,7 @@ class CodeExplanation {
         code_(code),
         rendering_(rendering),
         own_(own),
-        shape_(shape_in_budget(shape, own)),
-        shading_share_(region_shading_share(shape_)) {
+        shape_(shape_in_budget(shape, own)) {
     for (std::size_t d = 0; d < code.real.directions.size(); ++d) {
       const measure::DirectionDecode& real = code.real.directions[d];
       const measure::DirectionDecode* simulated = code.simulated.direction(real.axis);
@@ -158,9 +157,7 @@ class CodeExplanation {
     CodeValue out{real - predicted, light_dn, noise_.variance(predicted), moved,
                   moved * moved + textured * textured};
     if (own_.kinds.any()) out.noise_dn2 += line.variance_at(own_.kinds, pair_.irradiance_at(light.image, i));
-    if (shape_.noise && shape_.shades)
-      out.shaded_dn =
-          shape_.noise->shading_at(shape_.camera, i) * (light_dn - fit_.row.gain_dn * shape_.ambient);
+    out.shaded_dn = shape_.shading_at(i) * (light_dn - fit_.row.gain_dn * shape_.ambient);
     return out;
   }
 
@@ -209,7 +206,6 @@ class CodeExplanation {
   Sums block(int x0, int y0, int x1, int y1) const {
     Sums out;
     std::vector<BlockSum> levels(lights_.size());  // a region of each image: an edge is in one of them
-    for (BlockSum& level : levels) level.shape_share = shading_share_;
     const double shared = rendering_.gray_dn * rendering_.gray_dn;
     for (int y = y0; y < y1; y += row_step(pair_.width(), pair_.height()))
       for (int x = x0; x < x1; ++x)
@@ -219,7 +215,9 @@ class CodeExplanation {
   }
 
   void pixel(int x, int y, double shared, Sums& out, std::vector<BlockSum>& levels) const {
-    const OwnLightSums line = own_light_sums(pair_, own_, noise_, code_.interior.index(x, y));
+    const std::size_t i = code_.interior.index(x, y);
+    const OwnLightSums line = own_light_sums(pair_, own_, noise_, i);
+    const double region_share = shape_.noise ? std::sqrt(shape_.shares_at(i).slope) : 0.0;
     out.n_inside += lights_.size();
     for (std::size_t k = 0; k < lights_.size(); ++k) {
       const auto value = value_at(lights_[k], x, y, line);
@@ -233,7 +231,7 @@ class CodeExplanation {
       out.shape += shaded;
       levels[k].add(1.0, value->residual_dn, own + (rendering_.scatters_alike - 1.0) * scatter, black_dn2());
       levels[k].together += value->moved_dn;
-      levels[k].shape += value->shaded_dn;
+      levels[k].slopes += value->shaded_dn * region_share;
       ++levels[k].pixels;
     }
   }
@@ -245,7 +243,6 @@ class CodeExplanation {
   RenderingError rendering_;
   const OwnOfPixels& own_;
   ShapeInView shape_;
-  double shading_share_;
   double scatter_of_one_dn2_ = 0.0;
   std::vector<EdgePlaces> places_;  ///< of each direction; empty where it is not compared
   std::vector<CodeLight> lights_;

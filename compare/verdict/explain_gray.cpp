@@ -25,9 +25,7 @@ class GrayExplanation {
         rig_(rig),
         seen_(seen),
         own_(own),
-        shape_(shape_in_budget(shape, own)),
-        shading_share_(region_shading_share(shape_)),
-        depth_share_(region_depth_share(shape_)) {
+        shape_(shape_in_budget(shape, own)) {
     for (const PatternSpec& p : pair.patterns) steps_ = std::max(steps_, p.step + 1);
     for (const int image : pair.gain_images) {
       const PatternSpec& p = pair.patterns[image];
@@ -78,10 +76,6 @@ class GrayExplanation {
   Sums block(int x0, int y0, int x1, int y1) const {
     Sums out;
     BlockSum level, contrast, shift;
-    for (BlockSum* b : {&level, &contrast, &shift}) {
-      b->shape_share = shading_share_;
-      b->depth_share = depth_share_;
-    }
     const double shared = rendering_.gray_dn * rendering_.gray_dn;
     for (int y = y0; y < y1; y += row_step(pair_.width(), pair_.height()))
       for (int x = x0; x < x1; ++x)
@@ -98,8 +92,9 @@ class GrayExplanation {
     out.n_inside += pair_.gain_images.size();
     double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
     const OwnLightSums line = own_light_sums(pair_, own_, noise_, i);
-    const double shading =
-        shape_.noise && shape_.shades ? shape_.noise->shading_at(shape_.camera, i) * fit_.row.gain_dn : 0.0;
+    const double shading = shape_.shading_at(i) * fit_.row.gain_dn;
+    const RegionShares shares = shape_.noise ? shape_.shares_at(i) : RegionShares{};
+    const double of_slopes = std::sqrt(shares.slope), of_depths = std::sqrt(shares.depth);
     int values = 0;
     const auto n_images = scatter_dn2_.rows();
     Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
@@ -117,7 +112,7 @@ class GrayExplanation {
       taken += noise * line.leverage_at(own_.kinds, pair_.irradiance_at(image, i));
       const double off = shading * (pair_.irradiance_at(image, i) - shape_.ambient);
       shaded += off * off;
-      level.shape += off;
+      level.slopes += off * of_slopes;
       level.add(1.0, r, noise, calibration);
       if (n_images > 0) weights(static_cast<Eigen::Index>(k), 0) = 1.0;
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
@@ -131,13 +126,13 @@ class GrayExplanation {
       const double cosine = at.c * step.c - at.s * step.s, sine = at.s * step.c + at.c * step.s;
       contrast.add(cosine, r, noise, calibration);
       shift.add(sine, r, noise, calibration);
-      contrast.shape += cosine * off;
-      shift.shape += sine * off;
+      contrast.slopes += cosine * off * of_slopes;
+      shift.slopes += sine * off * of_slopes;
       const double moved = sine * move_dn / response.slope(predicted - fit_.row.black_level_dn);
       shaded += moved * moved;
-      level.depth += moved;
-      contrast.depth += cosine * moved;
-      shift.depth += sine * moved;
+      level.depths += moved * of_depths;
+      contrast.depths += cosine * moved * of_depths;
+      shift.depths += sine * moved * of_depths;
       if (n_images > 0) weights.row(static_cast<Eigen::Index>(k)).tail<2>() << cosine, sine;
     }
     if (values == 0) return;
@@ -153,25 +148,24 @@ class GrayExplanation {
 
   /// What the noise of a measured shape's depths moves in an image of fringes.
   struct MovedFringe {
-    const DirectionDecode* direction = nullptr;  ///< of the real side; null: not known
-    const ImageF* amplitude_dn = nullptr;
-    double rad_per_px = 0.0;  ///< times the part of a change of depth that goes along the fringes' axis
+    const ImageF* amplitude_dn = nullptr;  ///< of the real side; null: not known
+    Axis axis = Axis::x;
+    double rad_per_px = 0.0;
   };
   MovedFringe moved_by_shape(const PatternSpec& p) const {
     if (!shape_.noise || !shape_.real || p.kind != PatternSpec::Kind::phase_step) return {};
     const DirectionDecode& d = shape_.real->directions[static_cast<std::size_t>(p.direction)];
     const auto pitch = static_cast<std::size_t>(p.pitch);
-    if (pitch >= d.amplitude_dn.size() || d.coordinate_sigma_px.empty()) return {};
-    return {&d, &d.amplitude_dn[pitch],
-            kTwoPi / d.pitches_px[pitch] * shape_.along[d.axis == Axis::x ? 0 : 1]};
+    if (pitch >= d.amplitude_dn.size()) return {};
+    return {&d.amplitude_dn[pitch], d.axis, kTwoPi / d.pitches_px[pitch]};
   }
   /// Returns the standard error of a gray value, as it was taken, on the fringe's steepest slope; its sign is
   /// the same all over a direction.
   double fringe_move_dn(const MovedFringe& moved, std::size_t i) const {
-    if (!moved.direction) return 0.0;
-    const double sigma_rad =
-        moved.rad_per_px * shape_.noise->coordinate_sigma_at(shape_.camera, *moved.direction, i);
-    return std::isfinite(sigma_rad) ? static_cast<double>(moved.amplitude_dn->data[i]) * sigma_rad : 0.0;
+    if (!moved.amplitude_dn) return 0.0;
+    const double move_dn = static_cast<double>(moved.amplitude_dn->data[i]) * moved.rad_per_px *
+                           shape_.moved_px_at(moved.axis, i);
+    return std::isfinite(move_dn) ? move_dn : 0.0;
   }
 
   const GrayPair& pair_;
@@ -183,7 +177,6 @@ class GrayExplanation {
   SeenPixels seen_;
   const OwnOfPixels& own_;
   ShapeInView shape_;
-  double shading_share_, depth_share_;
   Eigen::MatrixXd scatter_dn2_;  ///< of pair.gain_images; empty where nothing scatters
   double scatter_of_one_dn2_ = 0.0;
   int steps_ = 1;

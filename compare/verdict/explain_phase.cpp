@@ -36,7 +36,6 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
                            const DirectionDecode& simulated, const ImageU8& interior,
                            const TextureShift& texture, const RenderingError& rendering,
                            const RigVariance& rig, const SeenPixels& seen, const ShapeInView& shape) {
-  const double depth_share = region_depth_share(shape);
   const ImageF difference = phase_difference(real, simulated);
   const double per_px = kTwoPi / real.pitches_px[real.finest];
   const double shared = rendering.phase_rad * rendering.phase_rad;
@@ -50,7 +49,6 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
       sum_blocks(difference.width, difference.height, row.regions, [&](int x0, int y0, int x1, int y1) {
         Sums out;
         BlockSum mean;
-        mean.depth_share = depth_share;
         for (int y = y0; y < y1; ++y)
           for (int x = x0; x < x1; ++x) {
             const auto d = static_cast<double>(difference(x, y));
@@ -60,12 +58,12 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             if (!(noise > 0.0)) continue;
             const double moved = rig.variance ? static_cast<double>(rig.variance->data[i]) : 0.0;
             const double textured = std::pow(static_cast<double>(texture.largest_rad.data[i]), 2);
-            const double of_shape =
-                shape.noise ? shape.noise->share_of_phase_at(shape.camera, i) * variance(real, i) : 0.0;
+            const double moved_by_shape = per_px * shape.moved_px_at(real.axis, i);
+            const double of_shape = moved_by_shape * moved_by_shape;
             const double own = noise + textured;
             out.texture += textured;
             out.shape += of_shape;
-            mean.depth += std::sqrt(of_shape);
+            if (of_shape > 0.0) mean.depths += moved_by_shape * std::sqrt(shape.shares_at(i).depth);
             out.add(d * d, noise, own + of_shape, shared, moved);
             mean.add(1.0, d, own, moved);
             mean.together += static_cast<double>(texture.signed_rad.data[i]);

@@ -68,7 +68,7 @@ OwnLightSums own_light_sums(const GrayPair& pair, const OwnOfPixels& own, const 
 
 ShapeInView shape_in_budget(const ShapeInView& shape, const OwnOfPixels& own) {
   ShapeInView out = shape;
-  if (own.kinds.factor) out.shades = false;
+  if (own.kinds.factor && own.from_here) out.shades = false;  // one from elsewhere has not seen this noise
   return out;
 }
 

@@ -4,12 +4,19 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "measure/depth_fit.hpp"
+#include "measure/surface.hpp"
+#include "twin/base/constants.hpp"
+#include "twin/base/statistics.hpp"
 
 namespace fringetwin::compare {
 namespace {
+
+using measure::DirectionDecode;
 
 /// Returns the sum of squares of a kernel's sums over a square that slides over it, over n^4 times its own:
 /// the mean over n^2 pixels sees each value of the noise with the kernel's sum over the square.
@@ -26,48 +33,142 @@ double share_of(const Eigen::MatrixXd& kernel, int region_px) {
   return sum / (std::pow(static_cast<double>(n), 4) * kernel.squaredNorm());
 }
 
-}  // namespace
+/// What the smoothing of a window makes of its points, in the pixel in the middle.
+struct WindowKernels {
+  Eigen::MatrixXd depth, slope;  ///< of the value, and of the slope along x
+};
 
-Eigen::Vector2d depth_direction(const Twin& twin, std::size_t camera) {
-  // An epipolar line is one for all depths: the first that both devices see tells it.
-  constexpr double kBaselines[] = {10.0, 5.0, 3.0, 2.0, 1.5, 1.0}, kFurther = 1.001;
-  Eigen::Vector2d has_fringes = Eigen::Vector2d::Zero();
-  for (const DirectionFringes& d : twin.fringes.directions) has_fringes[d.axis == Axis::x ? 0 : 1] = 1.0;
-  const Eigen::Vector2d first = has_fringes.x() > 0.0 ? Eigen::Vector2d::UnitX() : Eigen::Vector2d::UnitY();
-  if (!twin.projector) return first;
-  const Camera& c = twin.cameras.at(camera);
-  const auto ray = c.lens.unproject({0.5 * (c.lens.width() - 1), 0.5 * (c.lens.height() - 1)});
-  if (!ray) return first;
-  const Pose T_proj_cam = twin.projector->T_proj_world * c.T_cam_world.inverse();
-  for (const double baselines : kBaselines) {
-    const Eigen::Vector3d p_mm = baselines * T_proj_cam.translation_mm.norm() * *ray;
-    const auto near_px = twin.projector->lens.project(T_proj_cam * p_mm),
-               far_px = twin.projector->lens.project(T_proj_cam * Eigen::Vector3d(kFurther * p_mm));
-    if (!near_px || !far_px) continue;
-    const Eigen::Vector2d along = (*far_px - *near_px).cwiseProduct(has_fringes);
-    return along.norm() > 0.0 ? Eigen::Vector2d(along.normalized()) : first;
-  }
-  return first;
-}
-
-RegionShares region_shares(double radius_px, int region_px) {
-  const double alone = 1.0 / (static_cast<double>(region_px) * region_px);
+/// Returns the kernels of a quadratic; nothing where the window has too few points for one.
+std::optional<WindowKernels> window_kernels(double radius_px) {
   const auto window = measure::window_of(std::max(0.0, std::floor(radius_px + 0.5)));
-  if (window.size() < static_cast<std::size_t>(measure::kQuadraticPoints)) return {alone, alone};
+  if (window.size() < static_cast<std::size_t>(measure::kQuadraticPoints)) return std::nullopt;
   Eigen::MatrixXd design(static_cast<Eigen::Index>(window.size()), 6);
   for (std::size_t k = 0; k < window.size(); ++k) {
     const double x = window[k].dx, y = window[k].dy;
     design.row(static_cast<Eigen::Index>(k)) << 1.0, x, y, x * x, x * y, y * y;
   }
   const Eigen::Matrix<double, 6, 6> inverse = (design.transpose() * design).inverse();
-  const Eigen::MatrixXd response = design * inverse.leftCols<2>();  // of the value and of the slope along x
+  const Eigen::MatrixXd response = design * inverse.leftCols<2>();
   const auto r = static_cast<Eigen::Index>(std::lround(radius_px));
-  Eigen::MatrixXd depth = Eigen::MatrixXd::Zero(2 * r + 1, 2 * r + 1), slope = depth;
+  WindowKernels out{Eigen::MatrixXd::Zero(2 * r + 1, 2 * r + 1), Eigen::MatrixXd::Zero(2 * r + 1, 2 * r + 1)};
   for (std::size_t k = 0; k < window.size(); ++k) {
-    depth(window[k].dy + r, window[k].dx + r) = response(static_cast<Eigen::Index>(k), 0);
-    slope(window[k].dy + r, window[k].dx + r) = response(static_cast<Eigen::Index>(k), 1);
+    out.depth(window[k].dy + r, window[k].dx + r) = response(static_cast<Eigen::Index>(k), 0);
+    out.slope(window[k].dy + r, window[k].dx + r) = response(static_cast<Eigen::Index>(k), 1);
   }
-  return {share_of(depth, region_px), share_of(slope, region_px)};
+  return out;
+}
+
+/// Returns the period of the finest fringes in the camera's image, px: the median over pixels; NaN where too
+/// few are decoded.
+double fringe_in_image_px(const DirectionDecode& real) {
+  constexpr int kApart = 4;  // px, over which noise counts little
+  constexpr std::size_t kFewest = 100;
+  const ImageD& at_px = real.coordinate_px;
+  std::vector<double> per_px;
+  for (int y = 0; y + kApart < at_px.height; y += 3)
+    for (int x = 0; x + kApart < at_px.width; x += 3) {
+      const double here_px = at_px(x, y);
+      const double slope = std::hypot(at_px(x + kApart, y) - here_px, at_px(x, y + kApart) - here_px);
+      if (std::isfinite(slope) && slope > 0.0) per_px.push_back(slope / kApart);
+    }
+  return per_px.size() < kFewest ? kNaN : real.pitches_px[real.finest] / upper_median(per_px);
+}
+
+/// Returns the pixel's value where it has one.
+double value_or(double otherwise, const ImageF& of_pixel, std::size_t pixel) {
+  const bool has_value = pixel < of_pixel.size() && !std::isnan(of_pixel.data[pixel]);
+  return has_value ? static_cast<double>(of_pixel.data[pixel]) : otherwise;
+}
+
+/// Returns the shares of regions for all radii of windows that this camera sees.
+std::vector<RegionShares> shares_of_radii(const measure::SurfaceNoise& surface, std::size_t camera) {
+  float largest_px = 0.0F;
+  for (const float radius_px : surface.of_camera[camera].radius_px.data)
+    largest_px = std::fmax(largest_px, radius_px);  // NaN: none
+  std::vector<RegionShares> out;
+  for (int radius_px = 0; radius_px <= std::lround(largest_px); ++radius_px) {
+    const measure::PixelShares in_pixel = measure::shares_in_pixel(radius_px);
+    out.push_back(region_shares(radius_px, kRegion));
+    out.back().depth /= in_pixel.depth, out.back().slope /= in_pixel.slope;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::size_t ShapeInView::radius_at(std::size_t pixel) const {
+  const double radius_px = value_or(mean_radius_px, noise->radius_px, pixel);
+  return std::min(shares.size() - 1, static_cast<std::size_t>(std::lround(radius_px)));
+}
+
+double ShapeInView::shading_at(std::size_t pixel) const {
+  return noise && shades ? value_or(noise->median_shading, noise->shading, pixel) : 0.0;
+}
+
+double ShapeInView::moved_px_at(Axis axis, std::size_t pixel) const {
+  if (!noise || !(moves > 0.0)) return 0.0;
+  const std::size_t k = axis == Axis::x ? 0 : 1;
+  return std::sqrt(moves) * value_or(noise->median_moved_px[k], noise->moved_px[k], pixel);
+}
+
+ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t camera,
+                          const measure::CameraDecode* real) {
+  if (!noise) return {};
+  ShapeInView out{.noise = &noise->surface.of_camera.at(camera),
+                  .shares = shares_of_radii(noise->surface, camera),
+                  .mean_radius_px = noise->surface.radius_px,
+                  .ambient = twin.projector ? twin.projector->ambient : 0.0,
+                  .real = real};
+  // Phases of N compared and M of the shape's steps have the covariance of the shape's alone times the share
+  // of the N that is among the M: the difference has (1 - 2 share) of what the shape leaves of its noise.
+  if (camera == 0 || twin.measure.triangulate == Triangulate::stereo)
+    out.moves = std::max(0.0, 1.0 - 2.0 * noise->steps_in_shape);
+  return out;
+}
+
+RegionShares region_shares(double radius_px, int region_px) {
+  const std::optional<WindowKernels> kernels = window_kernels(radius_px);
+  const double alone = 1.0 / (static_cast<double>(region_px) * region_px);
+  if (!kernels) return {alone, alone};
+  return {share_of(kernels->depth, region_px), share_of(kernels->slope, region_px)};
+}
+
+double ripple_gain(double radius_px, double period_px) {
+  const std::optional<WindowKernels> kernels = window_kernels(radius_px);
+  if (!kernels) return 1.0;
+  double sum = 0.0;
+  for (Eigen::Index x = 0; x < kernels->depth.cols(); ++x)
+    sum += kernels->depth.col(x).sum() *
+           std::cos(kTwoPi * static_cast<double>(x - kernels->depth.cols() / 2) / period_px);
+  return sum * sum / kernels->depth.squaredNorm();
+}
+
+void count_shape(const ShapeInView& shape, const DirectionDecode& real, const DirectionDecode& simulated,
+                 const ImageU8& interior, RippleTest& ripple) {
+  constexpr int kEvery = 5;  // pixels: what is asked for is a mean
+  if (!shape.noise || !(shape.moves > 0.0)) return;
+  const double fringe_px = fringe_in_image_px(real);
+  if (!std::isfinite(fringe_px)) return;
+  std::vector<std::array<double, 2>> gains;  // by radius: of the fringe itself, and of the alias order
+  for (std::size_t k = 0; k < shape.shares.size(); ++k) {
+    const auto radius_px = static_cast<double>(k);
+    const double in_pixel = measure::shares_in_pixel(radius_px).depth;
+    gains.push_back({ripple_gain(radius_px, fringe_px) / in_pixel,
+                     ripple_gain(radius_px, fringe_px / ripple.order) / in_pixel});
+  }
+  std::array<double, 2> sums{};
+  double n = 0.0;
+  for (std::size_t i = 0; i < interior.size(); i += kEvery) {
+    const double variance_px2 = std::pow(static_cast<double>(real.coordinate_sigma_px.data[i]), 2) +
+                                std::pow(static_cast<double>(simulated.coordinate_sigma_px.data[i]), 2);
+    if (interior.data[i] == 0 || !(variance_px2 > 0.0)) continue;
+    const double share = std::pow(shape.moved_px_at(real.axis, i), 2) / variance_px2;
+    const std::array<double, 2>& gain = gains[shape.radius_at(i)];
+    sums[0] += share * gain[0], sums[1] += share * gain[1], n += 1.0;
+  }
+  if (!(n > 0.0)) return;
+  ripple.brightness_chi2 /= 1.0 + sums[0] / n;
+  ripple.harmonic_chi2 /= 1.0 + sums[1] / n;
 }
 
 }  // namespace fringetwin::compare

@@ -2,12 +2,12 @@
 // What the noise of a measured shape adds to the budgets of phase and gray values: neighbours share it, since
 // each vertex is told by a window of pixels (docs/metrics/verdict.md, "Explained").
 #pragma once
-#include <Eigen/Core>
-#include <cmath>
 #include <cstddef>
+#include <vector>
 
+#include "compare/phase/phase_budget.hpp"
 #include "measure/decode/decode_types.hpp"
-#include "measure/surface.hpp"
+#include "measure/surface_noise.hpp"
 #include "twin/twin.hpp"
 
 namespace fringetwin::compare {
@@ -15,38 +15,11 @@ namespace fringetwin::compare {
 /// The noise of the shapes that were built from this capture's own images.
 struct ShapeNoise {
   measure::SurfaceNoise surface;
-  /// Variance of a phase from the steps that the shape was built from over that from the steps that are
-  /// compared.
-  double of_phase = 1.0;
-
-  /// Returns the leverage of a pixel of this camera, that of the whole surface where nothing is known of the
-  /// pixel: the surface is the first camera's.
-  double leverage_at(std::size_t camera, std::size_t pixel) const {
-    return at(camera, surface.leverage_of_pixel, pixel, surface.leverage);
-  }
-  /// Returns the relative standard error of the projector's light on a pixel.
-  double shading_at(std::size_t camera, std::size_t pixel) const {
-    return at(camera, surface.shading_of_pixel, pixel, surface.shading);
-  }
-  /// Returns the variance of a phase that the shape's noise leaves in a pixel over that of the phase from the
-  /// steps that are compared.
-  double share_of_phase_at(std::size_t camera, std::size_t pixel) const {
-    return leverage_at(camera, pixel) * of_phase;
-  }
-  /// Returns the standard error of the projector coordinate that the shape's noise leaves in a pixel; `real`:
-  /// of the steps that are compared.
-  double coordinate_sigma_at(std::size_t camera, const measure::DirectionDecode& real,
-                             std::size_t pixel) const {
-    return std::sqrt(share_of_phase_at(camera, pixel)) *
-           static_cast<double>(real.coordinate_sigma_px.data[pixel]);
-  }
-
- private:
-  static double at(std::size_t camera, const ImageF& of_pixel, std::size_t pixel, double mean) {
-    const bool is_known = camera == 0 && pixel < of_pixel.size() && !std::isnan(of_pixel.data[pixel]);
-    return is_known ? static_cast<double>(of_pixel.data[pixel]) : mean;
-  }
+  /// Of the phase steps that are compared, the share that the shape was built from, too.
+  double steps_in_shape = 0.0;
 };
+
+inline constexpr int kRegion = 16;  ///< px: side of a region of the verdict
 
 /// Variance of the mean over a square region over that of a single pixel: 1 where all share the error.
 struct RegionShares {
@@ -58,22 +31,43 @@ struct RegionShares {
 /// noise.
 RegionShares region_shares(double radius_px, int region_px);
 
-/// Returns where the projector's image of what a pixel in the middle of this camera sees goes as the depth
-/// grows: a unit vector over the axes that have fringes. Without a projector, along the first of these.
-Eigen::Vector2d depth_direction(const Twin& twin, std::size_t camera);
+/// Returns the variance of a sum of depths weighted by a sine of this period, over that of as many whose
+/// noise is their own: windows of this radius let neighbours share theirs.
+double ripple_gain(double radius_px, double period_px);
 
 /// The noise of a measured shape in one camera's comparison; without one, nothing.
 struct ShapeInView {
-  const ShapeNoise* noise = nullptr;
-  std::size_t camera = 0;
+  const measure::SurfaceNoiseInView* noise = nullptr;
+  /// By the radius of a pixel's window, rounded; of the last for larger ones. Over the noise of a pixel's
+  /// mean in place of that of a vertex.
+  std::vector<RegionShares> shares = {};
+  double mean_radius_px = 0.0;
   double ambient = 0.0;  ///< irradiance of the room, which no normal shades
-  /// The real side's decode of this camera, whose phases tell how far the shape's noise moves fringes; null:
-  /// not known.
-  const measure::CameraDecode* real = nullptr;
-  /// Of a change of depth, how far it goes along the projector's axes: a unit vector over those that have
-  /// fringes.
-  Eigen::Vector2d along{1.0, 0.0};
+  const measure::CameraDecode* real =
+      nullptr;  ///< whose amplitudes tell what moved fringes do to gray values
+  /// Of the variance of a phase that the shape's noise makes, the share by which the difference of both sides
+  /// grows: 1 where the shape has a noise of its own, 0 where it follows that of the compared steps.
+  double moves = 1.0;
   bool shades = true;  ///< whether its normals' noise is seen: not where each pixel has a factor of its own
+
+  /// Returns what a mean over a region of the verdict keeps of this pixel's noise.
+  const RegionShares& shares_at(std::size_t pixel) const { return shares[radius_at(pixel)]; }
+  /// Returns the place of this pixel's window in `shares`.
+  std::size_t radius_at(std::size_t pixel) const;
+  /// Returns the relative standard error of the projector's light on a pixel.
+  double shading_at(std::size_t pixel) const;
+  /// Returns by how much the noise of its depth, one standard error of it towards larger ones, moves what
+  /// lights a pixel, px along the projector's axis, as both sides' difference sees it.
+  double moved_px_at(Axis axis, std::size_t pixel) const;
 };
+
+/// Returns what the noise of a shape (null: none) does in the comparison of this camera, of which the real
+/// side's decode is given.
+ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t camera,
+                          const measure::CameraDecode* real);
+
+/// Counts what the shape's noise ripples with the fringes in a test's chi2, which then is 1 for noise again.
+void count_shape(const ShapeInView& shape, const measure::DirectionDecode& real,
+                 const measure::DirectionDecode& simulated, const ImageU8& interior, RippleTest& ripple);
 
 }  // namespace fringetwin::compare

@@ -142,12 +142,6 @@ std::vector<CameraImages> with_known_light_out(const Twin& twin, const std::vect
   return out;
 }
 
-/// Puts the larger one of both into each pixel of `to`, which may be empty; NaN is none.
-void put_larger(const ImageF& from, ImageF& to) {
-  if (to.empty()) to = from;
-  for (std::size_t i = 0; i < from.size(); ++i) to.data[i] = std::fmax(to.data[i], from.data[i]);
-}
-
 }  // namespace
 
 bool has_measured_shape(const Twin& twin) {
@@ -177,22 +171,20 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
                   of.used)
             : measure::measure(twin, real, of.used);
     const measure::MeasuredSurface surface = measure::build_surface(twin, 0, m.cloud, *measured);
-    if (!noise) noise = measure::SurfaceNoise{.leverage = 0.0, .shading = 0.0, .radius_px = 0.0};
-    noise->leverage = std::max(noise->leverage, surface.noise.leverage);
-    noise->shading = std::max(noise->shading, surface.noise.shading);
-    noise->radius_px = std::max(noise->radius_px, surface.noise.radius_px);
-    put_larger(surface.noise.leverage_of_pixel, noise->leverage_of_pixel);
-    put_larger(surface.noise.shading_of_pixel, noise->shading_of_pixel);
+    if (noise)
+      put_larger(surface.noise, *noise);
+    else
+      noise = surface.noise;
     object.shape = MeshShape{.smooth = true, .mesh = surface.mesh};
   }
   return noise;
 }
 
-std::size_t steps_of_measured_shape(const Twin& twin) {
+std::vector<int> steps_of_measured_shape(const Twin& twin) {
   for (const Object& object : twin.objects)
     if (const auto* measured = std::get_if<MeasuredShape>(&object.shape))
-      return built_from_steps(twin, object, *measured).size();
-  return 0;
+      return built_from_steps(twin, object, *measured);
+  return {};
 }
 
 }  // namespace fringetwin::cosim

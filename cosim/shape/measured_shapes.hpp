@@ -27,7 +27,7 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
                                                            const std::vector<int>& steps = {},
                                                            std::set<std::string>* told = nullptr);
 
-/// Returns over how many phase steps the first measured shape of the twin is built.
-std::size_t steps_of_measured_shape(const Twin& twin);
+/// Returns the phase steps from which the first measured shape of the twin is built; none without one.
+std::vector<int> steps_of_measured_shape(const Twin& twin);
 
 }  // namespace fringetwin::cosim

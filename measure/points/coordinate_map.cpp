@@ -60,6 +60,17 @@ double CoordinateMap::difference_noise_px(int x, int y) const {
   return 5.0 * std::sqrt(20.0) * sigma + 1e-3;
 }
 
+double CoordinateMap::mean_noise_gain_sq() {
+  constexpr int kPlaces = 64;  // midpoints, of polynomials of order 6
+  double along = 0.0;
+  for (int k = 0; k < kPlaces; ++k) {
+    double w[4], d[4];
+    lagrange4(1.0 + (k + 0.5) / kPlaces, w, d);
+    along += std::pow(length(w, 4), 2) / kPlaces;
+  }
+  return along * along;
+}
+
 double CoordinateMap::sigma_px(double x, double y) const {
   if (sigma_.empty()) return 0.0;
   const int i = std::clamp(static_cast<int>(std::lround(x)), 0, sigma_.width - 1);

@@ -25,6 +25,8 @@ class CoordinateMap {
   /// `smoothed`: neighbours share their noise, which the interpolation then does not lessen.
   CoordinateMap(const ImageD& map, const ImageF& sigma, bool smoothed = false);
   bool sample(double x, double y, MapSample& out) const;
+  /// Returns the mean of noise_gain^2 over all places between pixels that are not smoothed.
+  static double mean_noise_gain_sq();
   /// Returns the noise of the nearest pixel, 0 where unknown.
   double sigma_px(double x, double y) const;
   double typical_sigma_px() const { return typical_sigma_px_; }

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure/surface_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "twin/base/statistics.hpp"
+
+namespace fringetwin::measure {
+namespace {
+
+/// A vertex that lies no further than this from a pixel's middle is that pixel's.
+constexpr double kSamePixel_px = 0.01;
+
+/// Returns the median over the pixels that have a value; 0 where none has.
+double median_of(const ImageF& image) {
+  std::vector<float> values;
+  std::ranges::copy_if(image.data, std::back_inserter(values), [](float v) { return !std::isnan(v); });
+  return values.empty() ? 0.0 : static_cast<double>(upper_median(values));
+}
+
+double larger(double a, double b) { return std::abs(a) > std::abs(b) ? a : b; }
+
+void put_larger(const ImageF& from, ImageF& to) {
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (std::isnan(to.data[i]) || std::abs(from.data[i]) > std::abs(to.data[i])) to.data[i] = from.data[i];
+}
+
+}  // namespace
+
+NoiseInView::NoiseInView(const Twin& twin, std::size_t camera, std::size_t measured_by)
+    : twin_(twin), camera_(camera) {
+  const Pose T_world_cam = twin.cameras[camera].T_cam_world.inverse(),
+             T_world_measured_by = twin.cameras[measured_by].T_cam_world.inverse();
+  camera_mm_ = T_world_cam.translation_mm, axis_ = T_world_cam.rotation * Eigen::Vector3d::UnitZ();
+  measured_by_mm_ = T_world_measured_by.translation_mm;
+  axis_measured_by_ = T_world_measured_by.rotation * Eigen::Vector3d::UnitZ();
+  const Lens& lens = twin.cameras[camera].lens;
+  seen_.shading = ImageF(lens.width(), lens.height(), std::numeric_limits<float>::quiet_NaN());
+  seen_.radius_px = seen_.shading;
+  if (twin.projector) seen_.moved_px = {seen_.shading, seen_.shading};
+}
+
+Eigen::Vector2d NoiseInView::moved_px(const VertexNoise& vertex) const {
+  Eigen::Matrix<double, 2, 3> px_per_mm;
+  const Pose& T_proj_world = twin_.projector->T_proj_world;
+  if (!twin_.projector->lens.project(T_proj_world * vertex.p_mm, &px_per_mm)) return Eigen::Vector2d::Zero();
+  // a surface that moves by as much along its normal is met further along this camera's ray
+  const Eigen::Vector3d from_camera = vertex.p_mm - camera_mm_, from_measured = vertex.p_mm - measured_by_mm_;
+  const Eigen::Vector3d ray = from_camera / from_camera.dot(axis_),
+                        measured_ray = from_measured / from_measured.dot(axis_measured_by_);
+  const double further_mm = vertex.depth_mm * vertex.normal.dot(measured_ray) / vertex.normal.dot(ray);
+  return px_per_mm * (T_proj_world.rotation * ray) * further_mm;
+}
+
+void NoiseInView::add(const VertexNoise& vertex) {
+  const Camera& camera = twin_.cameras[camera_];
+  // a camera sees but the front
+  if (!(vertex.normal.dot(vertex.p_mm - measured_by_mm_) * vertex.normal.dot(vertex.p_mm - camera_mm_) > 0.0))
+    return;
+  const auto q_px = camera.lens.project(camera.T_cam_world * vertex.p_mm);
+  if (!q_px) return;
+  const Eigen::Vector2d moved = twin_.projector ? moved_px(vertex) : Eigen::Vector2d::Zero();
+  const auto first = [](double q) { return static_cast<int>(std::ceil(q - 1.0 + kSamePixel_px)); };
+  const auto last = [](double q) { return static_cast<int>(std::floor(q + 1.0 - kSamePixel_px)); };
+  ImageF& shading = seen_.shading;
+  for (int y = std::max(0, first(q_px->y())); y <= std::min(shading.height - 1, last(q_px->y())); ++y)
+    for (int x = std::max(0, first(q_px->x())); x <= std::min(shading.width - 1, last(q_px->x())); ++x) {
+      shading(x, y) = static_cast<float>(vertex.shading);
+      seen_.radius_px(x, y) = vertex.radius_px;
+      if (!twin_.projector) continue;
+      for (const int axis : {0, 1}) seen_.moved_px[axis](x, y) = static_cast<float>(moved[axis]);
+    }
+}
+
+SurfaceNoiseInView NoiseInView::finish() && {
+  seen_.median_shading = median_of(seen_.shading);
+  for (const int axis : {0, 1}) seen_.median_moved_px[axis] = median_of(seen_.moved_px[axis]);
+  return std::move(seen_);
+}
+
+void put_larger(const SurfaceNoise& from, SurfaceNoise& to) {
+  to.leverage = std::max(to.leverage, from.leverage);
+  to.radius_px = std::max(to.radius_px, from.radius_px);
+  for (std::size_t c = 0; c < from.of_camera.size(); ++c) {
+    const SurfaceNoiseInView& other = from.of_camera[c];
+    SurfaceNoiseInView& own = to.of_camera[c];
+    put_larger(other.shading, own.shading);
+    put_larger(other.radius_px, own.radius_px);
+    own.median_shading = std::max(own.median_shading, other.median_shading);
+    for (const int axis : {0, 1}) {
+      put_larger(other.moved_px[axis], own.moved_px[axis]);
+      own.median_moved_px[axis] = larger(own.median_moved_px[axis], other.median_moved_px[axis]);
+    }
+  }
+}
+
+}  // namespace fringetwin::measure

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the noise of measured points leaves in the surface that is fitted to them, as the cameras see it: the
+// light that it catches, and the place on the projector that lights it (docs/metrics/measure.md, "Measured
+// shapes").
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "twin/image/image.hpp"
+#include "twin/twin.hpp"
+
+namespace fringetwin::measure {
+
+/// What noise a camera's pixels see in a surface; NaN where they see no vertex.
+struct SurfaceNoiseInView {
+  ImageF shading;  ///< relative standard error of the projector's light; NaN, too, where it does not shine
+  /// By how much the place on the projector that lights the pixel moves, px along columns and along rows,
+  /// when the surface lies further away by its standard error. Empty without a projector.
+  std::array<ImageF, 2> moved_px;
+  ImageF radius_px;  ///< of the window that the vertex was fitted to: neighbours within share their errors
+  double median_shading = 0.0;
+  std::array<double, 2> median_moved_px{};
+};
+
+/// What the noise of the measured points leaves in a surface, over the vertices that the projector lights.
+struct SurfaceNoise {
+  double leverage = 1.0;   ///< mean variance of a vertex' inverse depth over the mean of its own pixel's
+  double radius_px = 0.0;  ///< mean radius of the windows
+  std::vector<SurfaceNoiseInView> of_camera = {};
+};
+
+/// A vertex of a surface in the world frame, and what noise the pixel has that it is the middle of.
+struct VertexNoise {
+  Eigen::Vector3d p_mm, normal;  ///< the normal of any length
+  /// Standard error of the mean over a pixel, along the axis of the camera that measured it.
+  double depth_mm = 0.0;
+  double shading = 0.0;    ///< relative, of the projector's light; NaN where it does not shine
+  float radius_px = 0.0F;  ///< of its window
+};
+
+/// Writes what one camera sees of the vertices that another one measured, or itself.
+class NoiseInView {
+ public:
+  NoiseInView(const Twin& twin, std::size_t camera, std::size_t measured_by);
+
+  /// Writes a vertex into the pixel that sees it, or the four around where it lies between pixels.
+  void add(const VertexNoise& vertex);
+
+  /// Returns what was written, with its medians.
+  SurfaceNoiseInView finish() &&;
+
+ private:
+  /// Returns by how much the place that lights the vertex moves, px along columns and rows.
+  Eigen::Vector2d moved_px(const VertexNoise& vertex) const;
+
+  const Twin& twin_;
+  std::size_t camera_;
+  Eigen::Vector3d camera_mm_, axis_, measured_by_mm_, axis_measured_by_;  ///< places and axes, world frame
+  SurfaceNoiseInView seen_;
+};
+
+/// Puts the larger noise of both into each number of `to`, for surfaces of which a pixel may see either.
+void put_larger(const SurfaceNoise& from, SurfaceNoise& to);
+
+}  // namespace fringetwin::measure
