@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_render [fringes]: sampling schemes (time and error) and the cost of each effect, one camera of the
-// paper's rig, 12 patterns. Times are the smallest of three runs after a warm-up; CPU time is that of
+// bench_render [fringes [parts]]: sampling schemes (time and error) and the cost of each effect, one camera
+// of the paper's rig, 12 patterns. Times are the smallest of three runs after a warm-up; CPU time is that of
 // all threads, so on a loaded machine read that. Errors against the double-precision reference. `fringes`:
-// what harmonics and waveforms cost, alone.
+// what harmonics and waveforms cost, alone; `parts`: and each step of a frame with harmonics and without. Set
+// OMP_WAIT_POLICY=passive: threads that wait for work count as CPU time otherwise, half of a small frame's.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <functional>
 #include <memory>
 
+#include "render/pattern/form_images.hpp"
 #include "render/pattern/response_series.hpp"
 #include "tests/support/agreement.hpp"
 #include "tests/support/freeform.hpp"
@@ -226,6 +228,51 @@ void compare_pattern_methods(const Twin& base) {
     }
 }
 
+// Median CPU ms of each step of the adaptive trace, of what is around it, and of forming the images.
+struct FrameParts {
+  std::vector<render::StageCost> stages;
+  double trace_ms = 0.0, form_ms = 0.0;
+};
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+// Two twins in turns: what each part of a frame costs in the one and in the other.
+void compare_parts(const Twin& plain, const Twin& with, int rounds) {
+  const auto cpu_ms = [] { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
+  const Twin* twins[] = {&plain, &with};
+  std::vector<FrameParts> runs[2];
+  for (int round = 0; round <= rounds; ++round)
+    for (const int k : {0, 1}) {
+      FrameParts parts;
+      const double start = cpu_ms();
+      render::Transport t =
+          testing::shared_renderer()->trace(*twins[k], 0, render::choose_sampling(*twins[k]));
+      const double traced = cpu_ms();
+      render::form_camera(*twins[k], 0, t, false);
+      parts.form_ms = cpu_ms() - traced;
+      parts.trace_ms = traced - start;
+      parts.stages = std::move(t.stages);
+      if (round > 0) runs[k].push_back(std::move(parts));  // the first makes kernels
+    }
+  for (const int k : {0, 1}) {
+    const auto of = [&](const auto& part) {
+      std::vector<double> values;
+      for (const FrameParts& r : runs[k]) values.push_back(part(r));
+      return median(std::move(values));
+    };
+    fmt::print("    {}: trace {:.1f}, images {:.1f};", k == 0 ? "plain" : "with ",
+               of([](const FrameParts& r) { return r.trace_ms; }),
+               of([](const FrameParts& r) { return r.form_ms; }));
+    for (std::size_t s = 0; s < runs[k][0].stages.size(); ++s)
+      fmt::print(" {} {} px {:.1f}", runs[k][0].stages[s].name, runs[k][0].stages[s].pixels,
+                 of([&](const FrameParts& r) { return r.stages[s].cpu_ms; }));
+    fmt::print("\n");
+  }
+}
+
 // One pitch of 60 px, 12 steps; with Gray code as the real sets have it.
 Twin twelve_steps(Twin twin, bool gray_code) {
   twin.fringes.steps = 12;
@@ -237,7 +284,7 @@ Twin twelve_steps(Twin twin, bool gray_code) {
 }
 
 // Fringes that are no sinusoids beside those that are, in turns.
-void compare_fringes(const std::string& name, const Twin& base) {
+void compare_fringes(const std::string& name, const Twin& base, bool parts) {
   const Harmonics five{{0.004, -0.011}, {-0.003, 0.008}, {0.001, 0.005}, {0.002, -0.003}, {-0.001, 0.002}};
   const auto flicker = [](Twin& t) {
     std::vector<double>& factors = t.projector->light_factors;
@@ -283,6 +330,7 @@ void compare_fringes(const std::string& name, const Twin& base) {
       }
       fmt::print("{:<44}{:>9.1f}{:>9.1f}{:>8.2f}{:>8}\n", fmt::format("{}, {}", sequence, fringe.name),
                  t.wall_ms, t.cpu_ms, t.cpu_ms / p.cpu_ms, t.rendered.sampling.samples);
+      if (parts && fringe.name.starts_with("harm")) compare_parts(plain, twin, 15);
     }
 }
 
@@ -300,8 +348,10 @@ int main(int n_arguments, char** arguments) {
 
     const Twin left = testing::only_camera(testing::paper_rig(), 0);
     if (n_arguments > 1 && std::string(arguments[1]) == "fringes") {
-      compare_fringes("sphere R 19 mm", testing::with_object(left, "ball", testing::physical_sphere()));
-      compare_fringes("mesh of 81,920 triangles", testing::with_object(left, "mesh", freeform()));
+      const bool parts = n_arguments > 2;
+      compare_fringes("sphere R 19 mm", testing::with_object(left, "ball", testing::physical_sphere()),
+                      parts);
+      compare_fringes("mesh of 81,920 triangles", testing::with_object(left, "mesh", freeform()), parts);
       return 0;
     }
     compare_sampling("sphere R 5 mm, window",
