@@ -25,7 +25,7 @@ void main() {
   bool crossed = false;
   float swing = 0.0;
   uint shadow_rays = 0;
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < (beyond_list(slot) ? 0 : 8); ++i) {
     int k = i < 4 ? i : i + 1;
     vec2 offset = 0.5 * params.sampling.x * vec2(k % 3 - 1, k / 3 - 1);
     Seen seen = look(rays, offset, shadow_rays);

@@ -223,12 +223,14 @@ void main() {
     }
   }
 
+  bool beyond = beyond_list(slot / uint(parts * parts));
+  n_facets = beyond ? 0 : n_facets;
   int own = facets[0];
   // The own facet as if it filled the pixel, by 2 x 2 Gauss; then, for the piece of each other one, the
   // difference between the two at the piece's centroid: small, since the surface is continuous.
   vec2 u_first = vec2(0.0);
   float swing_per_px = 0.0, own_w = 0.0;
-  for (int j = 0; j < (by_piece ? 0 : 4); ++j) {
+  for (int j = 0; j < (by_piece || beyond ? 0 : 4); ++j) {
     vec2 offset = half_fill * 0.5773502692 * vec2((j & 1) != 0 ? 1.0 : -1.0, (j & 2) != 0 ? 1.0 : -1.0);
     Look look = look_at_facet(g, rays, own, offset);
     add_look(look, 0.25);

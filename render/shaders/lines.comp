@@ -75,12 +75,13 @@ void main() {
   // Probes from one end to the other; between two that differ, bisection.
   float borders[MOST_BORDERS + 2];
   borders[0] = -0.5;
-  int n_pieces = 1;
+  bool beyond = beyond_list(entry);
+  int n_pieces = beyond ? 0 : 1;
   uint shadow_rays = 0, rays_cast = 0;
   float unresolved = 0.0, finest = finest_fringe(), finest_to_sample = finest_swing();
   float low = 0.0, high = 0.0, slope = 0.0, position_before = -0.5;
   Seen at_low = Seen(0.0, 0.0, real2(0.0), NEVER_BELOW), at_high = at_low, last = at_low;
-  int next = 0, halvings = 0;
+  int next = beyond ? PROBES : 0, halvings = 0;
   while (next < PROBES || halvings > 0) {
     bool halving = halvings > 0;
     float position = halving ? 0.5 * (low + high) : probe_position(next, jitter);

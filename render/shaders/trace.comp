@@ -32,7 +32,8 @@ void main() {
     objects[slot] = closest_hit(vec3(0.0), vec3(ray_direction(rays, vec2(0.0)))).primitive;
 
   uint shadow_rays = 0;
-  for (uint s = push.first_sample; s < push.end_sample; ++s) {
+  uint end_sample = beyond_list(slot) ? 0u : push.end_sample;
+  for (uint s = push.first_sample; s < end_sample; ++s) {
     Sample sample_ = pixel_sample(s, pixel_seed);
     real3 o = real3(0.0);
     real3 d = ray_direction(rays, sample_.offset);

@@ -16,6 +16,9 @@ uvec3 listed_pixel(uint k) {
   return uvec3(code & 0x7fffu, (code >> 15) & 0x7fffu, code >> 31);
 }
 
+// Invocations that fill up the last work group: their loops end at once.
+bool beyond_list(uint k) { return PIXEL_LIST != 0 && k >= push.n_pixels; }
+
 // lavapipe cuts all loops of an invocation at 65,535 iterations in total, silently. Once that has
 // happened every further loop runs its body once, so this one tells.
 void report_status(uvec2 pixel, uint shadow_rays) {
