@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -73,24 +74,46 @@ HarmonicWeights weights_of(const Twin& twin, const DirectionFringes& d,
 // How the phase of a fringe runs through a pixel, in sizes: gradient, second differences, and the relative
 // change of the light to the neighbours; per side of the pixel's square.
 struct Run {
-  double gx = 0.0, gy = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, light_x = 0.0, light_y = 0.0;
+  float gx = 0.0F, gy = 0.0F, xx = 0.0F, xy = 0.0F, yy = 0.0F, light_x = 0.0F, light_y = 0.0F;
 };
+
+// HarmonicWeights as the bounds take them.
+struct BoundWeights {
+  float k3, k4, k6, k8;
+  explicit BoundWeights(const HarmonicWeights& w)
+      : k3(static_cast<float>(w.k3)),
+        k4(static_cast<float>(w.k4)),
+        k6(static_cast<float>(w.k6)),
+        k8(static_cast<float>(w.k8)) {}
+};
+
+// Returns 1 or, where x is not above 0, 0. A condition would keep its loops from being vectors.
+inline float one_above(float x) { return 0.5F + std::copysign(0.5F, x - 1e-30F); }
+constexpr float kNoBound = 1e30F;
+
+inline float root(float x) {  // to 1e-6; std::sqrt() would keep its loops from being vectors
+  const float from = x + 1e-30F;
+  auto y = std::bit_cast<float>(0x5f3759df - (std::bit_cast<std::int32_t>(from) >> 1));
+  for (int i = 0; i < 3; ++i) y *= 1.5F - 0.5F * from * y * y;
+  return from * y;
+}
 
 // Returns the bound of what forming leaves out, of the fundamental: the skewness that bends, creases and
 // shading make; what of the fourth and sixth cumulant is not that of an even turn along one axis of the
 // pixel; the eighth cumulant. Without creases the numbers are those of the Taylor series (1/120, 1/24) and a
 // margin; a crease or a step of the light in the middle of the pixel is the worst (1/48 and 1/32 of the
-// differences that it makes).
-double formed_error(const HarmonicWeights& w, const Run& r, bool creases) {
-  const double x2 = r.gx * r.gx, y2 = r.gy * r.gy, gg = x2 + y2;
-  const double along = x2 * r.xx + y2 * r.yy, across = r.gx * r.gy * r.xy;
-  const double shade = gg * (r.gx * r.light_x + r.gy * r.light_y);
-  double skew = (along + shade) / 100.0 + across / 20.0, fourth = x2 * y2 / 60.0;
-  if (creases) {
-    skew = along / 40.0 + across / 12.0 + shade / 30.0;
-    fourth += 0.02 * std::sqrt(gg) * (along + 2.0 * across + shade);
-  }
-  return w.k3 * skew + w.k4 * fourth + w.k6 * x2 * y2 * gg / 84.0 + w.k8 * gg * gg * gg * gg / 256.0;
+// differences that it makes). `creases`: 1 or 0.
+inline float formed_error(const BoundWeights& w, const Run& r, float creases) {
+  const float x2 = r.gx * r.gx, y2 = r.gy * r.gy, gg = x2 + y2;
+  const float along = x2 * r.xx + y2 * r.yy, across = r.gx * r.gy * r.xy;
+  const float shade = gg * (r.gx * r.light_x + r.gy * r.light_y);
+  const float smooth = (along + shade) * (1.0F / 100.0F) + across * (1.0F / 20.0F);
+  const float creased = along * (1.0F / 40.0F) + across * (1.0F / 12.0F) + shade * (1.0F / 30.0F);
+  const float skew = smooth + creases * (creased - smooth);
+  const float fourth =
+      x2 * y2 * (1.0F / 60.0F) + creases * 0.02F * root(gg) * (along + 2.0F * across + shade);
+  return w.k3 * skew + w.k4 * fourth + w.k6 * x2 * y2 * gg * (1.0F / 84.0F) +
+         w.k8 * gg * gg * gg * gg * (1.0F / 256.0F);
 }
 
 constexpr int kWide = BLOCK_WIDTH + 2, kHigh = BLOCK_HEIGHT + 2;
@@ -101,73 +124,88 @@ struct Window {
   Values c{}, s{}, mean{};      // a unit vector; mean 0: not known
   Values turn_x{}, turn_y{};    // to the right, down
   Values known_x{}, known_y{};  // 1 or 0
-  void load(const Transport& t, std::size_t direction, std::size_t pitch, std::span<const PixelState> states,
+  bool load(const Transport& t, std::size_t direction, std::size_t pitch, std::span<const PixelState> states,
             int x0, int y0);
-  void find_turns();
-  Run run_at(int at) const;
-  bool known_at(int at) const {
-    return known_x[at - 1] + known_x[at] > 0.0F && known_y[at - kWide] + known_y[at] > 0.0F;
-  }
+  void bound_row(const BoundWeights& weights, float fill, int row, const float* creases, float* error) const;
 };
 
-void Window::load(const Transport& t, std::size_t direction, std::size_t pitch,
+FRINGETWIN_WIDE void to_unit_vectors(const float* cosine, const float* sine, const float* mean, int n,
+                                     float* c, float* s, float* light) {
+#pragma GCC ivdep
+  for (int i = 0; i < n; ++i) {
+    const float a = cosine[i], b = sine[i], squares = a * a + b * b;
+    const float per_size = root(squares) / (squares + 1e-30F);
+    c[i] = a * per_size;
+    s[i] = b * per_size;
+    light[i] = one_above(squares) * mean[i];
+  }
+}
+
+// A turn of less than 1.37 rad; larger ones are 10 and fail every bound.
+FRINGETWIN_WIDE void find_turns(const float* c, const float* s, const float* mean, int step, float* turn,
+                                float* known) {
+#pragma GCC ivdep
+  for (int at = 0; at < kWide * kHigh - step; ++at) {
+    const float sine = c[at] * s[at + step] - s[at] * c[at + step];
+    const float cosine = c[at] * c[at + step] + s[at] * s[at + step], q = sine * sine;
+    const float small = sine * (1.0F + q * (1.0F / 6.0F + q * (3.0F / 40.0F + q * (0.045F + q * 0.06F))));
+    const float is_small = one_above(cosine - 0.2F);
+    turn[at] = is_small * small + (1.0F - is_small) * 10.0F;
+    known[at] = one_above(std::min(mean[at], mean[at + step]));
+  }
+}
+
+// Takes up a block and returns true; or returns false where none of it is known.
+bool Window::load(const Transport& t, std::size_t direction, std::size_t pitch,
                   std::span<const PixelState> states, int x0, int y0) {
   const int width = t.mean.width, height = t.mean.height;
   const ImageF &cosine = t.cosine[direction][pitch], &sine = t.sine[direction][pitch];
   for (int j = 0; j < kHigh; ++j) {
     const int y = y0 + j - 1;
     if (y < 0 || y >= height) continue;
-    const int from = std::max(0, 1 - x0), to = std::min(kWide, width - x0 + 1);
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * width + x0 - 1;
-    for (int i = from; i < to; ++i) {
-      const float a = cosine.data[row + i], b = sine.data[row + i];
-      const float light = a * a + b * b > 0.0F ? t.mean.data[row + i] : 0.0F;
-      const float per_size = 1.0F / std::sqrt(std::max(a * a + b * b, 1e-30F));
-      c[j * kWide + i] = a * per_size;
-      s[j * kWide + i] = b * per_size;
-      mean[j * kWide + i] = light;
-    }
+    const int from = std::max(0, 1 - x0), to = std::min(kWide, width - x0 + 1), at = j * kWide + from;
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y) * width + x0 - 1 + from;
+    to_unit_vectors(&cosine.data[first], &sine.data[first], &t.mean.data[first], to - from, &c[at], &s[at],
+                    &mean[at]);
     if (states.empty()) continue;
-    for (int i = from; i < to; ++i)
-      if (states[row + i] == PixelState::own) mean[j * kWide + i] = 0.0F;
+    for (int i = 0; i < to - from; ++i)
+      if (states[first + i] == PixelState::own) mean[at + i] = 0.0F;
   }
+  if (std::ranges::all_of(mean, [](float v) { return v == 0.0F; })) return false;
+  find_turns(c.data(), s.data(), mean.data(), 1, turn_x.data(), known_x.data());
+  find_turns(c.data(), s.data(), mean.data(), kWide, turn_y.data(), known_y.data());
+  return true;
 }
 
-// A turn of less than 1.37 rad; larger ones are 10 and fail every bound.
-void Window::find_turns() {
-  const auto find = [&](int step, Values* turn, Values* known) {
-    for (int at = 0; at + step < kWide * kHigh; ++at) {
-      const float sine = c[at] * s[at + step] - s[at] * c[at + step];
-      const float cosine = c[at] * c[at + step] + s[at] * s[at + step], q = sine * sine;
-      const float small = sine * (1.0F + q * (1.0F / 6.0F + q * (3.0F / 40.0F + q * (0.045F + q * 0.06F))));
-      (*turn)[at] = cosine > 0.2F ? small : 10.0F;
-      (*known)[at] = mean[at] > 0.0F && mean[at + step] > 0.0F ? 1.0F : 0.0F;
-    }
-  };
-  find(1, &turn_x, &known_x);
-  find(kWide, &turn_y, &known_y);
-}
-
-// A neighbour that is not known says nothing.
-Run Window::run_at(int at) const {
-  const auto most = [](float a, float known_a, float b, float known_b) {
-    return static_cast<double>(std::max(std::abs(a) * known_a, std::abs(b) * known_b));
-  };
-  const auto change = [&](int to) { return mean[to] / mean[at] - 1.0F; };
-  const auto bend = [](const Values& turn, const Values& known, int a, int b) {
-    return static_cast<double>(std::abs(turn[b] - turn[a]) * known[a] * known[b]);
-  };
-  const int left = at - 1, up = at - kWide, down = at + kWide;
-  Run r;
-  r.gx = most(turn_x[left], known_x[left], turn_x[at], known_x[at]);
-  r.gy = most(turn_y[up], known_y[up], turn_y[at], known_y[at]);
-  r.xx = bend(turn_x, known_x, left, at);
-  r.yy = bend(turn_y, known_y, up, at);
-  r.xy = std::max({bend(turn_x, known_x, at, down), bend(turn_x, known_x, at, up),
-                   bend(turn_x, known_x, left, down - 1), bend(turn_x, known_x, left, up - 1)});
-  r.light_x = most(change(left), known_x[left], change(at + 1), known_x[at]);
-  r.light_y = most(change(up), known_y[up], change(down), known_y[at]);
-  return r;
+// Of a row of the block; 0 where a pixel is not known, kNoBound where it has no neighbours that are. A
+// neighbour that is not known says nothing.
+FRINGETWIN_WIDE void Window::bound_row(const BoundWeights& weights, float fill, int row, const float* creases,
+                                       float* error) const {
+  const int from = (row + 1) * kWide + 1;
+  const float *m = &mean[from], *tx = &turn_x[from], *ty = &turn_y[from];
+  const float *kx = &known_x[from], *ky = &known_y[from];
+#pragma GCC ivdep
+  for (int i = 0; i < BLOCK_WIDTH; ++i) {
+    const int left = i - 1, up = i - kWide, down = i + kWide;
+    const float inverse = 1.0F / (m[i] + 1e-30F);
+    Run r;
+    r.gx = fill * std::max(std::abs(tx[left]) * kx[left], std::abs(tx[i]) * kx[i]);
+    r.gy = fill * std::max(std::abs(ty[up]) * ky[up], std::abs(ty[i]) * ky[i]);
+    r.xx = fill * fill * (std::abs(tx[i] - tx[left]) * kx[left] * kx[i]);
+    r.yy = fill * fill * (std::abs(ty[i] - ty[up]) * ky[up] * ky[i]);
+    const float a = std::abs(tx[down] - tx[i]) * kx[i] * kx[down],
+                b = std::abs(tx[up] - tx[i]) * kx[i] * kx[up],
+                c0 = std::abs(tx[down - 1] - tx[left]) * kx[left] * kx[down - 1],
+                d = std::abs(tx[up - 1] - tx[left]) * kx[left] * kx[up - 1];
+    r.xy = fill * fill * std::max(std::max(a, b), std::max(c0, d));
+    r.light_x = fill * std::max(std::abs(m[left] * inverse - 1.0F) * kx[left],
+                                std::abs(m[i + 1] * inverse - 1.0F) * kx[i]);
+    r.light_y = fill * std::max(std::abs(m[up] * inverse - 1.0F) * ky[up],
+                                std::abs(m[down] * inverse - 1.0F) * ky[i]);
+    const float bound = formed_error(weights, r, creases[i]);
+    const float known = one_above(std::min(kx[left] + kx[i], ky[up] + ky[i]));
+    error[i] = one_above(m[i]) * (bound + (1.0F - known) * kNoBound);
+  }
 }
 
 }  // namespace
@@ -204,7 +242,8 @@ HarmonicsPlan plan_harmonics(const Twin& twin, const Camera& camera, const Serie
     any = true;
     const double swing_rad =
         kTwoPi / direction.pitches_px[w.pitch] * px_per_px * twin.sampled_side_px(camera);
-    if (formed_error(w, {.gx = swing_rad}, false) > 0.5 * phase_error_rad) return {};
+    const float bound = formed_error(BoundWeights(w), {.gx = static_cast<float>(swing_rad)}, 0.0F);
+    if (static_cast<double>(bound) > 0.5 * phase_error_rad) return {};
   }
   if (!any) return {};
   plan.own = plan_passes(twin, series, center_x_px, center_y_px, MAX_PITCHES);
@@ -307,35 +346,38 @@ FormedErrors find_unformed(const Transport& transport, const HarmonicsPlan& plan
                            std::vector<FormedError>* large) {
   const int width = transport.mean.width, height = transport.mean.height;
   const int columns = std::min(BLOCK_WIDTH, width - x0), rows = std::min(BLOCK_HEIGHT, height - y0);
-  std::array<FormedError, BLOCK_PIXELS> worst{};
-  const double fill = limits.fill;
+  std::array<float, BLOCK_PIXELS> irradiance{}, phase{};
+  bool any = false;
   for (std::size_t d = 0; d < plan.weights.size(); ++d) {
     const HarmonicWeights& weights = plan.weights[d];
     if (!weights.any()) continue;
     Window w;
-    w.load(transport, d, weights.pitch, states, x0, y0);
-    w.find_turns();
-    for (int j = 0; j < rows; ++j)
+    if (!w.load(transport, d, weights.pitch, states, x0, y0)) continue;
+    any = true;
+    const BoundWeights of_bound(weights);
+    const auto fundamental = static_cast<float>(weights.fundamental),
+               in_phase = static_cast<float>(weights.in_phase);
+    for (int j = 0; j < rows; ++j) {
+      std::array<float, BLOCK_WIDTH> creases{}, error;
+      const std::ptrdiff_t place = static_cast<std::ptrdiff_t>(y0 + j) * width + x0;
+      for (int i = 0; i < columns; ++i)
+        creases[i] = states.empty() || states[place + i] == PixelState::facets ? 1.0F : 0.0F;
+      w.bound_row(of_bound, static_cast<float>(limits.fill), j, creases.data(), error.data());
+      const float* light = &w.mean[(j + 1) * kWide + 1];
       for (int i = 0; i < columns; ++i) {
-        const int at = (j + 1) * kWide + i + 1;
-        if (!(w.mean[at] > 0.0F)) continue;
-        const std::size_t place = static_cast<std::size_t>(y0 + j) * width + x0 + i;
-        Run run = w.run_at(at);
-        for (double* first : {&run.gx, &run.gy, &run.light_x, &run.light_y}) *first *= fill;
-        for (double* second : {&run.xx, &run.xy, &run.yy}) *second *= fill * fill;
-        const bool creases = states.empty() || states[place] == PixelState::facets;
-        const double error = w.known_at(at) ? formed_error(weights, run, creases) : HUGE_VAL;
-        FormedError& here = worst[static_cast<std::size_t>(j * BLOCK_WIDTH + i)];
-        here.irradiance =
-            std::max(here.irradiance, static_cast<double>(w.mean[at]) * weights.fundamental * error);
-        here.phase_rad = std::max(here.phase_rad, weights.in_phase > 0.0 ? weights.in_phase * error : 0.0);
+        if (error[i] == 0.0F) continue;
+        const int at = j * BLOCK_WIDTH + i;
+        irradiance[at] = std::max(irradiance[at], light[i] * fundamental * error[i]);
+        if (in_phase > 0.0F) phase[at] = std::max(phase[at], in_phase * error[i]);
       }
+    }
   }
   FormedErrors kept;
-  for (int j = 0; j < rows; ++j)
+  for (int j = 0; any && j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
-      FormedError& e = worst[static_cast<std::size_t>(j * BLOCK_WIDTH + i)];
-      e.place = static_cast<std::uint32_t>((y0 + j) * width + x0 + i);
+      const int at = j * BLOCK_WIDTH + i;
+      const FormedError e{static_cast<std::uint32_t>((y0 + j) * width + x0 + i),
+                          static_cast<double>(irradiance[at]), static_cast<double>(phase[at])};
       if (e.irradiance <= limits.irradiance && e.phase_rad <= limits.phase_rad)
         kept.add(e);
       else
