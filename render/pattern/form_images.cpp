@@ -136,6 +136,14 @@ bool all_dark(const Transport& transport, std::ptrdiff_t first, std::ptrdiff_t e
   return dark(transport.mean) && dark(transport.ambient);
 }
 
+// Leaves out what is dark at either end of some pixels.
+void trim_dark(const Transport& transport, std::ptrdiff_t* first, std::ptrdiff_t* end) {
+  const float *mean = transport.mean.data.data(), *ambient = transport.ambient.data.data();
+  const auto dark = [&](std::ptrdiff_t k) { return mean[k] == 0.0F && ambient[k] == 0.0F; };
+  while (*first < *end && dark(*first)) ++*first;
+  while (*end > *first && dark(*end - 1)) --*end;
+}
+
 // Adds what a harmonic has more at the places that light these pixels.
 void add_of_field(const Term& term, const Transport& transport, const float* cosine, const float* sine,
                   std::ptrdiff_t first, std::ptrdiff_t end, float* out) {
@@ -264,9 +272,10 @@ std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, cons
     FormedPairs pairs;
     const std::span<const FormedPair> none;
 #pragma omp for
-    for (std::ptrdiff_t first = 0; first < n_pixels; first += at_a_time) {
-      const std::ptrdiff_t end = std::min(n_pixels, first + at_a_time);
+    for (std::ptrdiff_t from = 0; from < n_pixels; from += at_a_time) {
+      std::ptrdiff_t first = from, end = std::min(n_pixels, from + at_a_time);
       if (all_dark(transport, first, end)) continue;
+      if (formed) trim_dark(transport, &first, &end);
       for (const Recipe& recipe : recipes) {
         follow(recipe, transport, formed ? pairs.of(twin, transport, recipe, first, end) : none, first, end);
         for (const Term& wave : recipe.waves) add_pair(wave, first, end, recipe.out);
