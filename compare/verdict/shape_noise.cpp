@@ -94,6 +94,20 @@ std::vector<RegionShares> shares_of_radii(const measure::SurfaceNoise& surface, 
   return out;
 }
 
+/// Returns twice the covariance of what the shape's noise moves in a camera with the noise of the camera's
+/// own phases of the same steps, over the variance of what it moves. (Of N compared steps that have a share
+/// among those of the shape, the covariance is that times the share.) With the projector, the first camera's
+/// phases are the shape: 2. Of two cameras that make it with noise n and n', what lights a pixel moves by m
+/// (n - n')/(m - m'), where m and m' are what one and the same change of depth moves in either.
+double followed(const measure::SurfaceNoise& surface, const Twin& twin, std::size_t camera) {
+  if (twin.measure.triangulate != Triangulate::stereo) return camera == 0 ? 2.0 : 0.0;
+  if (camera > 1 || surface.of_camera.size() < 2) return 0.0;
+  const auto &own = surface.of_camera[camera].median_moved_px,
+             &other = surface.of_camera[1 - camera].median_moved_px;
+  const std::size_t axis = std::abs(own[0]) >= std::abs(own[1]) ? 0 : 1;
+  return own[axis] != 0.0 ? 1.0 - other[axis] / own[axis] : 0.0;
+}
+
 }  // namespace
 
 std::size_t ShapeInView::radius_at(std::size_t pixel) const {
@@ -119,10 +133,7 @@ ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t
                   .mean_radius_px = noise->surface.radius_px,
                   .ambient = twin.projector ? twin.projector->ambient : 0.0,
                   .real = real};
-  // Phases of N compared and M of the shape's steps have the covariance of the shape's alone times the share
-  // of the N that is among the M: the difference has (1 - 2 share) of what the shape leaves of its noise.
-  if (camera == 0 || twin.measure.triangulate == Triangulate::stereo)
-    out.moves = std::max(0.0, 1.0 - 2.0 * noise->steps_in_shape);
+  out.moves = std::max(0.0, 1.0 - noise->steps_in_shape * followed(noise->surface, twin, camera));
   return out;
 }
 

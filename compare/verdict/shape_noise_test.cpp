@@ -128,12 +128,17 @@ TEST(ShapeNoise, APixelHasItsOwnAndOthersTheMedian) {
   EXPECT_DOUBLE_EQ(ShapeInView{}.shading_at(1), 0.0);
 }
 
-// The difference of the mean of N values and that of M among which a share of the N is, by how much it varies
-// more than the mean of the N: 1/M - 2 share/M.
+// The difference of the mean of N values and that of M among which a share of the N is varies by 1/M - 2
+// share/M more than the mean of the N. Of two cameras whose depths move 0.3 and m px, the first one's values
+// differ by n - 0.3 (n - n')/(0.3 - m): with the projector in the middle (m = -0.3) that is (n + n')/2, half
+// of n alone; beyond the second camera (m = 0.1) it is -n/2 + 3 n'/2, 10/4 of it, of which the shape alone
+// makes 18/4.
 TEST(ShapeNoise, AShapeFollowsTheStepsThatItWasBuiltFrom) {
   Twin twin;
+  double other_moves_px = 0.3;
   const auto moved_px = [&](double steps_in_shape, std::size_t camera) {
-    const ShapeNoise noise = noise_of_three(steps_in_shape);
+    ShapeNoise noise = noise_of_three(steps_in_shape);
+    noise.surface.of_camera[1].median_moved_px = {other_moves_px, 0.0};
     return shape_in_view(&noise, twin, camera, nullptr).moved_px_at(Axis::x, 0);
   };
   twin.measure.triangulate = Triangulate::projector;
@@ -143,7 +148,12 @@ TEST(ShapeNoise, AShapeFollowsTheStepsThatItWasBuiltFrom) {
   EXPECT_DOUBLE_EQ(moved_px(1.0, 0), 0.0);
   EXPECT_NE(moved_px(1.0, 1), 0.0) << "the other camera's noise is its own";
   twin.measure.triangulate = Triangulate::stereo;
+  other_moves_px = -0.3;
+  EXPECT_DOUBLE_EQ(moved_px(1.0, 0), 0.0) << "less than its own noise";
   EXPECT_DOUBLE_EQ(moved_px(1.0, 1), 0.0) << "its phases made the shape, too";
+  other_moves_px = 0.1;
+  EXPECT_NEAR(moved_px(1.0, 0), 0.1 * std::sqrt((10.0 - 4.0) / 18.0), 1e-8);
+  EXPECT_NEAR(moved_px(1.0, 1), 0.1 * std::sqrt(1.0 + 2.0), 1e-8) << "it moves against its noise";
 }
 
 }  // namespace

@@ -125,6 +125,9 @@ TEST(MeasuredShape, ARightTwinOfAnyRigIsExplained) {
     expect_right("even_of_all", {.smoothing = "steps = \"all\"\nsmoothing_px = 4\nmost_smoothing_px = 12\n",
                                  .seed = seed,
                                  .options = {"--steps", "even"}});
+    expect_right("stereo_of_all", {.smoothing = "steps = \"all\"\nsmoothing_px = 4\nmost_smoothing_px = 12\n",
+                                   .seed = seed,
+                                   .rig = {kSecondCamera, stereo}});
   }
 }
 
