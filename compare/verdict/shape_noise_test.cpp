@@ -138,6 +138,7 @@ TEST(ShapeNoise, AShapeFollowsTheStepsThatItWasBuiltFrom) {
   double other_moves_px = 0.3;
   const auto moved_px = [&](double steps_in_shape, std::size_t camera) {
     ShapeNoise noise = noise_of_three(steps_in_shape);
+    noise.surface.of_camera[0].median_moved_px = {0.3, 0.0};
     noise.surface.of_camera[1].median_moved_px = {other_moves_px, 0.0};
     return shape_in_view(&noise, twin, camera, nullptr).moved_px_at(Axis::x, 0);
   };

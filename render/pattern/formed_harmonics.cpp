@@ -167,9 +167,11 @@ bool Window::load(const Transport& t, std::size_t direction, std::size_t pitch,
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y) * width + x0 - 1 + from;
     to_unit_vectors(&cosine.data[first], &sine.data[first], &t.mean.data[first], to - from, &c[at], &s[at],
                     &mean[at]);
-    if (states.empty()) continue;
-    for (int i = 0; i < to - from; ++i)
-      if (states[first + i] == PixelState::own) mean[at + i] = 0.0F;
+    for (int i = 0; i < to - from; ++i) {
+      const bool is_known = states.empty() || states[first + i] != PixelState::own;
+      if (!is_known || !std::isfinite(mean[at + i]))
+        mean[at + i] = 0.0F;  // one that is no number says nothing
+    }
   }
   if (std::ranges::all_of(mean, [](float v) { return v == 0.0F; })) return false;
   find_turns(c.data(), s.data(), mean.data(), 1, turn_x.data(), known_x.data());
