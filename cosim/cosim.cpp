@@ -135,7 +135,7 @@ void apply_texture(Run& run) {
   for (std::size_t c = 0; c < run.twin.cameras.size(); ++c)
     for (std::size_t k = 0; k < patterns.size(); ++k)
       run.simulated.images[c].images[k] = GrayImage::packed(
-          render::expose(run.simulated.irradiance[c].images[k].floats(), run.twin.cameras[c].sensor,
+          render::expose(run.simulated.irradiance[c].images[k], run.twin.cameras[c].sensor,
                          run.rendering.seed, static_cast<std::uint32_t>(c), static_cast<std::uint32_t>(k)));
 }
 

@@ -45,10 +45,10 @@ void warn_of_missed_targets(const compare::RenderNote& note, const render::Sampl
 }
 
 /// Throws UserError(usage) when no camera sees any object; warns for each object that no camera sees.
-void check_view(const Twin& twin, const std::vector<render::RenderedCamera>& rendered) {
+void check_view(const Twin& twin, const std::vector<render::KeptCamera>& kept) {
   std::vector<bool> seen(twin.objects.size(), false);
-  for (const render::RenderedCamera& camera : rendered)
-    for (const int object : camera.object.data)
+  for (const render::KeptCamera& camera : kept)
+    for (const int object : camera.rendered.object.data)
       if (object >= 0) seen[object] = true;
   if (std::ranges::none_of(seen, [](bool s) { return s; }))
     throw UserError(
@@ -100,16 +100,22 @@ Simulated simulate(const Twin& twin, const RenderRequest& request, render::Rende
   const std::uint64_t seed = request.seed.value_or(kDefaultSeed);
   out.rendering.seed = seed;
   Progress progress("render", twin.cameras.size());
-  std::vector<render::RenderedCamera> rendered =
-      render::render_all(renderer, twin, sampling, seed, &progress);
-  for (const render::RenderedCamera& camera : rendered) {
-    out.rendering.notes.push_back(note_of(camera));
+  std::vector<render::KeptCamera> kept;
+  for (std::size_t c = 0; c < twin.cameras.size(); ++c) {
+    throw_if_cancelled();
+    kept.push_back(renderer.render_kept(twin, c, sampling, seed));
+    progress.advance();
+  }
+  for (const render::KeptCamera& camera : kept) {
+    out.rendering.notes.push_back(note_of(camera.rendered));
     warn_of_missed_targets(out.rendering.notes.back(), sampling);
   }
-  check_view(twin, rendered);
-  out.captures = render::expose_all(rendered, twin, seed);
-  for (render::RenderedCamera& camera : rendered)
-    out.irradiance.push_back(render::as_radiance(std::move(camera)));
+  check_view(twin, kept);
+  for (std::size_t c = 0; c < kept.size(); ++c) {
+    throw_if_cancelled();
+    out.captures.push_back(render::expose(kept[c], twin.cameras[c], c, seed));
+    out.irradiance.push_back(render::as_radiance(std::move(kept[c])));
+  }
   return out;
 }
 

@@ -189,6 +189,16 @@ RenderedCamera Renderer::render(const Twin& twin, std::size_t camera_index, cons
   return out;
 }
 
+KeptCamera Renderer::render_kept(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                                 std::uint64_t seed) {
+  if (twin.cameras.at(camera_index).spreads_over_sensor() || has_motion(twin))
+    return kept_as_floats(render(twin, camera_index, sampling, seed));
+  const Stopwatch watch;
+  KeptCamera out = keep_camera(twin, camera_index, trace(twin, camera_index, sampling, seed));
+  out.rendered.total_ms = 1e3 * watch.elapsed().wall_s;
+  return out;
+}
+
 RenderedCamera Renderer::render_of_whole_sensor(const Twin& twin, std::size_t camera_index,
                                                 const Sampling& sampling, std::uint64_t seed,
                                                 bool references) {

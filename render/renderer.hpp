@@ -38,6 +38,9 @@ class Renderer : NotCopyable {
   /// error the largest of all traces.
   RenderedCamera render(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
                         std::uint64_t seed = 0, bool references = false);
+  /// Does the same without references, the images kept in little memory (keep_camera()).
+  KeptCamera render_kept(const Twin& twin, std::size_t camera_index, const Sampling& sampling,
+                         std::uint64_t seed = 0);
 
   /// Forces the traces from now on onto certain ways, for tests and benchmarks.
   void set_tuning(const RendererTuning& tuning) { tuning_ = tuning; }

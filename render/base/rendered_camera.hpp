@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/base/transport.hpp"
+#include "twin/image/gray_image.hpp"
 #include "twin/image/image.hpp"
 
 namespace fringetwin::render {
@@ -15,6 +16,13 @@ struct RenderedCamera : TraceRecord {
   std::vector<ImageF> irradiance;      ///< E per image, sequence order
   std::optional<ImageF> white, black;  ///< when needs_white_black(), or asked for
   double total_ms = 0.0;
+};
+
+/// The same, its images as they are kept beside all else of a run: those of phase steps share what they are
+/// sums of, where that takes less memory.
+struct KeptCamera {
+  RenderedCamera rendered;  ///< without irradiance
+  std::vector<GrayImage> irradiance;
 };
 
 }  // namespace fringetwin::render

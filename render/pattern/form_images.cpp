@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <set>
 #include <span>
+#include <utility>
 
 #include "render/pattern/camera_effects.hpp"
 #include "render/pattern/formed_harmonics.hpp"
@@ -242,6 +245,48 @@ void add_references(const Twin& twin, const Transport& transport, RenderedCamera
   out.black = level(0.0);
 }
 
+// Returns the recipes of images of the sequence; with `asked` only of those, the others' are empty.
+std::vector<Recipe> make_recipes(const Twin& twin, std::size_t camera_index, const Transport& transport,
+                                 ImageRange range, const std::vector<bool>& asked = {}) {
+  const std::vector<PatternSpec> sequence = expand_sequence(twin.fringes);
+  const std::vector<LightOfImage> light =
+      light_of_images(twin, twin.cameras.at(camera_index), sequence.size());
+  std::vector<Recipe> recipes;
+  for (std::size_t i = range.first; i < range.first + range.count; ++i)
+    recipes.push_back(asked.empty() || asked[i] ? make_recipe(twin, transport, sequence.at(i), i,
+                                                              light.empty() ? LightOfImage{} : light[i])
+                                                : Recipe{});
+  return recipes;
+}
+
+// Returns which images are sums of four images of the transport and no more; empty where keeping them as such
+// sums takes hardly less memory.
+std::vector<bool> plain_sums(const Twin& twin, std::size_t camera_index, const Transport& transport) {
+  const std::size_t n_images = expand_sequence(twin.fringes).size();
+  std::vector<bool> sums;
+  std::set<const float*> sources{transport.mean.data.data(), transport.ambient.data.data()};
+  for (const Recipe& recipe : make_recipes(twin, camera_index, transport, {0, n_images})) {
+    sums.push_back(!recipe.direct && recipe.terms.size() == 1 && recipe.waves.empty());
+    if (sums.back()) sources.insert({recipe.terms.front().cosine, recipe.terms.front().sine});
+  }
+  const auto n_sums = static_cast<std::size_t>(std::ranges::count(sums, true));
+  return 2 * n_sums >= 3 * sources.size() ? sums : std::vector<bool>();
+}
+
+// Drops what plain sums do not need.
+Transport only_sums(Transport transport) {
+  transport.harmonics.clear();
+  transport.own_harmonics.clear();
+  transport.field_terms.clear();
+  transport.waves.clear();
+  for (std::vector<std::vector<ImageF>>* pairs : {&transport.cosine, &transport.sine})
+    for (std::size_t d = 0; d < pairs->size(); ++d)
+      for (std::size_t p = 0; p < (*pairs)[d].size(); ++p)
+        if (transport.series[d][p].a.size() > 2) (*pairs)[d][p] = {};
+  for (ImageF& image : transport.direct) image = {};
+  return transport;
+}
+
 }  // namespace
 
 // With a_k and b_k of the pitch and the image: forms E = ambient + a_0 mean + sum_k ((a_k cos k d + b_k sin k
@@ -256,14 +301,10 @@ std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, cons
   std::vector<ImageF*> blank;
   for (ImageF& formed_image : images) blank.push_back(&formed_image);
   make_blank(blank, transport.mean.width, transport.mean.height);
-  const std::vector<LightOfImage> light =
-      light_of_images(twin, twin.cameras.at(camera_index), sequence.size());
-  std::vector<Recipe> recipes;
-  for (std::size_t i = first_image; i < first_image + images.size(); ++i) {
-    recipes.push_back(
-        make_recipe(twin, transport, sequence.at(i), i, light.empty() ? LightOfImage{} : light[i]));
-    recipes.back().out = images[i - first_image].data.data();
-  }
+  std::vector<Recipe> recipes =
+      make_recipes(twin, camera_index, transport, ImageRange{first_image, images.size()});
+  for (std::size_t i = 0; i < images.size(); ++i) recipes[i].out = images[i].data.data();
+  const bool lit_apart = !light_of_images(twin, twin.cameras.at(camera_index), sequence.size()).empty();
   const bool formed = std::ranges::any_of(
       recipes, [&](const Recipe& r) { return !r.direct && is_formed(transport, r.direction, r.pitch); });
   const std::ptrdiff_t at_a_time = formed ? kFormedAtATime : kPixelsAtATime;
@@ -279,7 +320,7 @@ std::vector<ImageF> form_images(const Twin& twin, std::size_t camera_index, cons
       for (const Recipe& recipe : recipes) {
         follow(recipe, transport, formed ? pairs.of(twin, transport, recipe, first, end) : none, first, end);
         for (const Term& wave : recipe.waves) add_pair(wave, first, end, recipe.out);
-        if (!light.empty()) light_up(recipe, transport, first, end);
+        if (lit_apart) light_up(recipe, transport, first, end);
       }
     }
   }
@@ -313,6 +354,60 @@ RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Tra
   }
   apply_textures(camera, &out, asked.first);
   static_cast<TraceRecord&>(out) = transport;
+  return out;
+}
+
+KeptCamera kept_as_floats(RenderedCamera rendered) {
+  KeptCamera out;
+  for (ImageF& image : rendered.irradiance) out.irradiance.emplace_back(std::move(image));
+  rendered.irradiance.clear();
+  out.rendered = std::move(rendered);
+  return out;
+}
+
+KeptCamera keep_camera(const Twin& twin, std::size_t camera_index, Transport transport) {
+  const Camera& camera = twin.cameras[camera_index];
+  const std::size_t n_images = expand_sequence(twin.fringes).size();
+  const bool each_alone = camera.psf_px == 0.0 && !camera.texture && !mixes_patterns(camera, {0, n_images});
+  const std::vector<bool> sums = each_alone ? plain_sums(twin, camera_index, transport) : std::vector<bool>();
+  if (sums.empty()) return kept_as_floats(form_camera(twin, camera_index, transport));
+
+  KeptCamera out;
+  out.rendered.camera = camera.name;
+  static_cast<TraceRecord&>(out.rendered) = std::move(static_cast<TraceRecord&>(transport));
+  out.irradiance.resize(n_images);
+  for (std::size_t first = 0; first < n_images;) {  // those that are formed, as many as follow each other
+    std::size_t end = first;
+    while (end < n_images && !sums[end]) ++end;
+    if (end > first) {
+      RenderedCamera formed;
+      formed.irradiance = form_images(twin, camera_index, transport, ImageRange{first, end - first});
+      apply_lens_effects(camera, &formed);
+      std::ranges::move(formed.irradiance, out.irradiance.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+    first = end + 1;
+  }
+  if (needs_white_black(twin.fringes)) add_references(twin, transport, out.rendered);
+  apply_lens_effects(camera, &out.rendered);
+  const auto kept = std::make_shared<const Transport>(only_sums(std::move(transport)));
+  std::shared_ptr<const ImageF> factor;
+  if (camera.vignetting.kind != Vignetting::Kind::none)
+    factor = std::make_shared<const ImageF>(vignetting_map(camera));
+  const std::vector<Recipe> recipes = make_recipes(twin, camera_index, *kept, {0, n_images}, sums);
+  for (std::size_t k = 0; k < n_images; ++k)
+    if (sums[k])
+      out.irradiance[k] = GrayImage::sum({.owner = kept,
+                                          .constant = kept->ambient.data.data(),
+                                          .mean = kept->mean.data.data(),
+                                          .cosine = recipes[k].terms.front().cosine,
+                                          .sine = recipes[k].terms.front().sine,
+                                          .of_mean = recipes[k].level,
+                                          .of_cosine = recipes[k].terms.front().c,
+                                          .of_sine = recipes[k].terms.front().s,
+                                          .more_constant = recipes[k].of_ambient - 1.0F,
+                                          .factor = factor ? factor->data.data() : nullptr,
+                                          .factor_owner = factor},
+                                         kept->mean.width, kept->mean.height);
   return out;
 }
 

@@ -30,6 +30,12 @@ std::vector<ImageF> form_patterns(const Twin& twin, std::size_t camera_index, co
 RenderedCamera form_camera(const Twin& twin, std::size_t camera_index, const Transport& transport,
                            bool references = false, std::optional<std::size_t> image = {});
 
+/// Returns the same images, bit by bit, of which those that are the sum of four images of the transport and
+/// no more are kept as such sums (GrayImage::sum) where that takes less memory.
+KeptCamera keep_camera(const Twin& twin, std::size_t camera_index, Transport transport);
+/// Returns images as they were rendered, kept as floats.
+KeptCamera kept_as_floats(RenderedCamera rendered);
+
 /// Returns true when the trace of a camera does not depend on the fringes' mean, amplitude and number of
 /// steps: all images are phase steps behind a linear response.
 bool holds_any_steps(const Twin& twin);

@@ -148,45 +148,60 @@ bool dark(std::span<const float> irradiance) {
   return std::ranges::all_of(irradiance, [](float e) { return e == 0.0F; });
 }
 
-template <class Response, class Pixels>
-ImageF expose_by(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+// Returns n values of an image from `first` on; `room` holds them where the image keeps none.
+std::span<const float> part_of(const ImageF& image, std::size_t first, std::size_t n, std::vector<float>&) {
+  return {image.data.data() + first, n};
+}
+std::span<const float> part_of(const GrayImage& image, std::size_t first, std::size_t n,
+                               std::vector<float>& room) {
+  return image.values(first, n, room);
+}
+
+template <class Response, class Pixels, class Irradiance>
+ImageF expose_by(const Irradiance& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
                  std::uint32_t image) {
   ImageF gray(irradiance.width, irradiance.height);
   const auto n = static_cast<std::int64_t>(irradiance.size());
   const Formula<Response, Pixels> formula(sensor);
   if (!sensor.has_noise()) {
 #pragma omp parallel for schedule(static)
-    for (std::int64_t i = 0; i < n; ++i)
-      gray.data[i] = formula.noiseless(irradiance.data[i], static_cast<std::size_t>(i));
+    for (std::int64_t i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      gray.data[at] = formula.noiseless(irradiance[at], at);
+    }
     return gray;
   }
   const DeviateSource source{
       {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}, image, camera};
   constexpr auto kBlock = static_cast<std::int64_t>(kMostDeviates);
-#pragma omp parallel for schedule(static)
-  for (std::int64_t first = 0; first < n; first += kBlock) {
-    const auto at = static_cast<std::size_t>(first);
-    const std::span lit(irradiance.data.data() + at, static_cast<std::size_t>(std::min(kBlock, n - first)));
-    // Most blocks of most images are dark: without light there is no shot noise.
-    if (formula.read_variance == 0.0 && dark(lit))
-      expose_dark(formula, at, {gray.data.data() + at, lit.size()});
-    else
-      expose_block(formula, source, at, lit, gray.data.data() + at);
+#pragma omp parallel
+  {
+    std::vector<float> room;
+#pragma omp for schedule(static)
+    for (std::int64_t first = 0; first < n; first += kBlock) {
+      const auto at = static_cast<std::size_t>(first);
+      const std::span<const float> lit =
+          part_of(irradiance, at, static_cast<std::size_t>(std::min(kBlock, n - first)), room);
+      // Most blocks of most images are dark: without light there is no shot noise.
+      if (formula.read_variance == 0.0 && dark(lit))
+        expose_dark(formula, at, {gray.data.data() + at, lit.size()});
+      else
+        expose_block(formula, source, at, lit, gray.data.data() + at);
+    }
   }
   return gray;
 }
 
-template <class Pixels>
-ImageF expose_pixels(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
-                     std::uint32_t image) {
+template <class Pixels, class Irradiance>
+ImageF expose_pixels(const Irradiance& irradiance, const Sensor& sensor, std::uint64_t seed,
+                     std::uint32_t camera, std::uint32_t image) {
   return sensor.response.straight() ? expose_by<StraightLine, Pixels>(irradiance, sensor, seed, camera, image)
                                     : expose_by<Curve, Pixels>(irradiance, sensor, seed, camera, image);
 }
 
-}  // namespace
-
-ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
-              std::uint32_t image) {
+template <class Irradiance>
+ImageF expose_image(const Irradiance& irradiance, const Sensor& sensor, std::uint64_t seed,
+                    std::uint32_t camera, std::uint32_t image) {
   FT_CHECK(sensor.bit_depth >= 1 && sensor.bit_depth <= 16, "sensor bit depth");
   if (!sensor.has_maps()) return expose_pixels<LikePixels>(irradiance, sensor, seed, camera, image);
   for (const PixelMap* map : {&sensor.prnu, &sensor.dsnu})
@@ -194,19 +209,50 @@ ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed
   return expose_pixels<OwnPixels>(irradiance, sensor, seed, camera, image);
 }
 
-CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
-                    std::uint64_t seed) {
+template <class Images>
+CameraImages expose_images(const RenderedCamera& rendered, const Images& irradiance, const Camera& camera,
+                           std::size_t camera_index, std::uint64_t seed) {
   const auto number = static_cast<std::uint32_t>(camera_index);
   CameraImages out{.camera = rendered.camera, .bit_depth = camera.sensor.bit_depth};
-  out.images.reserve(rendered.irradiance.size());
-  const auto exposed = [&](const ImageF& irradiance, std::uint32_t image) {
-    return GrayImage::packed(expose(irradiance, camera.sensor, seed, number, image));
+  out.images.reserve(irradiance.size());
+  const auto exposed = [&](const auto& light, std::uint32_t image) {
+    return GrayImage::packed(expose(light, camera.sensor, seed, number, image));
   };
-  for (std::size_t i = 0; i < rendered.irradiance.size(); ++i)
-    out.images.push_back(exposed(rendered.irradiance[i], static_cast<std::uint32_t>(i)));
+  for (std::size_t i = 0; i < irradiance.size(); ++i)
+    out.images.push_back(exposed(irradiance[i], static_cast<std::uint32_t>(i)));
   if (rendered.white) out.white = exposed(*rendered.white, kWhiteImage);
   if (rendered.black) out.black = exposed(*rendered.black, kBlackImage);
   return out;
+}
+
+}  // namespace
+
+ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image) {
+  return expose_image(irradiance, sensor, seed, camera, image);
+}
+
+ImageF expose(const GrayImage& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image) {
+  return expose_image(irradiance, sensor, seed, camera, image);
+}
+
+CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
+                    std::uint64_t seed) {
+  return expose_images(rendered, rendered.irradiance, camera, camera_index, seed);
+}
+
+CameraImages expose(const KeptCamera& kept, const Camera& camera, std::size_t camera_index,
+                    std::uint64_t seed) {
+  return expose_images(kept.rendered, kept.irradiance, camera, camera_index, seed);
+}
+
+CameraImages as_radiance(KeptCamera kept) {
+  return {.camera = std::move(kept.rendered.camera),
+          .images = std::move(kept.irradiance),
+          .white = std::move(kept.rendered.white),
+          .black = std::move(kept.rendered.black),
+          .radiance = true};
 }
 
 CameraImages as_radiance(RenderedCamera rendered) {

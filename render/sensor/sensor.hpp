@@ -14,10 +14,15 @@ namespace fringetwin::render {
 /// (seed, camera, image, pixel) only.
 ImageF expose(const ImageF& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
               std::uint32_t image);
+ImageF expose(const GrayImage& irradiance, const Sensor& sensor, std::uint64_t seed, std::uint32_t camera,
+              std::uint32_t image);
 /// Exposes all images of one camera.
 CameraImages expose(const RenderedCamera& rendered, const Camera& camera, std::size_t camera_index,
                     std::uint64_t seed);
+CameraImages expose(const KeptCamera& kept, const Camera& camera, std::size_t camera_index,
+                    std::uint64_t seed);
 /// Returns the irradiance itself as a capture set, without quantisation.
 CameraImages as_radiance(RenderedCamera rendered);
+CameraImages as_radiance(KeptCamera kept);
 
 }  // namespace fringetwin::render

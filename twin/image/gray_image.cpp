@@ -53,6 +53,15 @@ GrayImage GrayImage::packed(ImageF values) {
   return image;
 }
 
+GrayImage GrayImage::sum(ImageSum sum, int width, int height) {
+  GrayImage image;
+  image.width = width;
+  image.height = height;
+  image.sum_ = std::make_shared<const ImageSum>(std::move(sum));
+  image.kept_as_ = KeptAs::sum;
+  return image;
+}
+
 std::span<const float> GrayImage::values(std::size_t first, std::size_t n, std::vector<float>& room) const {
   FT_CHECK(first <= size() && n <= size() - first, "values of the image");
   if (kept_as_ == KeptAs::floats) return {floats_.data() + first, n};
@@ -60,12 +69,19 @@ std::span<const float> GrayImage::values(std::size_t first, std::size_t n, std::
   const auto convert = [&](const auto* from) {
     std::transform(from, from + n, room.begin(), [](auto v) { return static_cast<float>(v); });
   };
-  kept_as_ == KeptAs::bytes ? convert(bytes_.data() + first) : convert(words_.data() + first);
+  if (kept_as_ == KeptAs::sum)
+    sum_->compute(first, n, room.data());
+  else
+    kept_as_ == KeptAs::bytes ? convert(bytes_.data() + first) : convert(words_.data() + first);
   return {room.data(), n};
 }
 
 ImageF GrayImage::floats() const {
   ImageF out(width, height);
+  if (sum_) {
+    sum_->compute(0, out.size(), out.data.data());
+    return out;
+  }
   std::size_t i = 0;
   for_each([&](float value) { out.data[i++] = value; });
   return out;
@@ -76,6 +92,7 @@ std::vector<float>& GrayImage::as_floats() {
   floats_ = floats().data;
   std::vector<std::uint8_t>().swap(bytes_);
   std::vector<std::uint16_t>().swap(words_);
+  sum_.reset();
   kept_as_ = KeptAs::floats;
   return floats_;
 }

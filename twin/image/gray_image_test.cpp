@@ -64,6 +64,38 @@ TEST(GrayImage, IsWrittenAsFloats) {
   EXPECT_EQ(image.bytes(), 8U);
 }
 
+// (constant + of_mean mean + of_cosine cosine - of_sine sine + more_constant constant) factor, in single
+// precision.
+TEST(GrayImage, OfASumIsComputedWhereItIsRead) {
+  const std::vector<float> constant{0.5F, 0.25F, 0.0F}, mean{3.0F, 5.5F, 0.0F}, cosine{0.1F, -0.7F, 0.0F},
+      sine{-0.3F, 0.9F, 0.0F}, factor{0.75F, 0.3F, 2.0F};
+  ImageSum sum{.constant = constant.data(),
+               .mean = mean.data(),
+               .cosine = cosine.data(),
+               .sine = sine.data(),
+               .of_mean = 1.5F,
+               .of_cosine = 0.7F,
+               .of_sine = 0.2F};
+  std::vector<float> plain, lit, dimmed;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    plain.push_back(constant[i] + 1.5F * mean[i] + 0.7F * cosine[i] - 0.2F * sine[i]);
+    lit.push_back(plain[i] + 0.1F * constant[i]);
+    dimmed.push_back(lit[i] * factor[i]);
+  }
+  expect_same(GrayImage::sum(sum, 3, 1), plain);
+  sum.more_constant = 0.1F;
+  expect_same(GrayImage::sum(sum, 3, 1), lit);
+  sum.factor = factor.data();
+  GrayImage image = GrayImage::sum(sum, 3, 1);
+  EXPECT_EQ(image.bytes(), 0U);
+  expect_same(image, dimmed);
+  std::vector<float> room;
+  EXPECT_EQ(image.values(1, 1, room)[0], dimmed[1]);
+  image.writable(0, 0) = 7.0F;
+  EXPECT_EQ(image[0], 7.0F);
+  EXPECT_EQ(image[1], dimmed[1]);
+}
+
 TEST(GrayImage, OfNothingIsEmpty) {
   EXPECT_TRUE(GrayImage().empty());
   EXPECT_TRUE(GrayImage::packed(ImageF()).empty());
