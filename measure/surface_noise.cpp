@@ -41,7 +41,8 @@ NoiseInView::NoiseInView(const Twin& twin, std::size_t camera, std::size_t measu
   const Lens& lens = twin.cameras[camera].lens;
   seen_.shading = ImageF(lens.width(), lens.height(), std::numeric_limits<float>::quiet_NaN());
   seen_.radius_px = seen_.shading;
-  if (twin.projector) seen_.moved_px = {seen_.shading, seen_.shading};
+  for (const DirectionFringes& d : twin.fringes.directions)
+    if (twin.projector) seen_.moved_px[d.axis == Axis::x ? 0 : 1] = seen_.shading;
 }
 
 Eigen::Vector2d NoiseInView::moved_px(const VertexNoise& vertex) const {
@@ -71,8 +72,9 @@ void NoiseInView::add(const VertexNoise& vertex) {
     for (int x = std::max(0, first(q_px->x())); x <= std::min(shading.width - 1, last(q_px->x())); ++x) {
       shading(x, y) = static_cast<float>(vertex.shading);
       seen_.radius_px(x, y) = vertex.radius_px;
-      if (!twin_.projector) continue;
-      for (const int axis : {0, 1}) seen_.moved_px[axis](x, y) = static_cast<float>(moved[axis]);
+      for (const int axis : {0, 1})
+        if (ImageF& moved_px = seen_.moved_px[axis]; !moved_px.empty())
+          moved_px(x, y) = static_cast<float>(moved[axis]);
     }
 }
 

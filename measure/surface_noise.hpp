@@ -17,7 +17,8 @@ namespace fringetwin::measure {
 struct SurfaceNoiseInView {
   ImageF shading;  ///< relative standard error of the projector's light; NaN, too, where it does not shine
   /// By how much the place on the projector that lights the pixel moves, px along columns and along rows,
-  /// when the surface lies further away by its standard error. Empty without a projector.
+  /// when the surface lies further away by its standard error. Empty without a projector, and where no
+  /// fringes vary along the axis.
   std::array<ImageF, 2> moved_px;
   ImageF radius_px;  ///< of the window that the vertex was fitted to: neighbours within share their errors
   double median_shading = 0.0;
