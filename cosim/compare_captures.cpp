@@ -46,7 +46,7 @@ Run measure_both(const CompareRequest& request) {
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
     run.options.note = measured_shape_note(run.twin, run.options.use_steps);
-    build_measured_shapes(run.twin, run.real.images);
+    run.options.shape_noise = build_compared_shapes(run.twin, run.real.images, run.options.use_steps);
   }
   run.timer.start("measure");
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);

@@ -11,7 +11,6 @@
 #include "compare/refine/refine_guard.hpp"
 #include "compare/refine/refined_budget.hpp"
 #include "compare/verdict/calibration_covariance.hpp"
-#include "compare/verdict/shape_noise.hpp"
 #include "cosim/brightness.hpp"
 #include "cosim/compared_steps.hpp"
 #include "cosim/doubt_description.hpp"
@@ -37,15 +36,6 @@ void check_refine(const Twin& twin, const std::vector<std::string>& asked) {
       throw UserError(ExitCode::usage, std::string("--refine ") + own,
                       "white and black reference images have no factors of their own",
                       "use threshold = \"mean\" or \"inverse\"");
-}
-
-/// Returns the share of the compared steps (none named: all) that a shape was built from, too.
-double share_in(const std::vector<int>& built_from, const std::vector<int>& compared, int steps) {
-  const std::vector<int> of = compared.empty() ? measure::all_steps(steps) : compared;
-  if (of.empty()) return 1.0;  // a code alone, which is decoded whole
-  const auto both = std::ranges::count_if(
-      of, [&](int step) { return std::ranges::find(built_from, step) != built_from.end(); });
-  return static_cast<double>(both) / static_cast<double>(of.size());
 }
 
 /// Loads everything that is read and checks everything that can be checked before a device is opened.
@@ -80,11 +70,7 @@ Run load_run(const CosimRequest& request) {
   if (has_measured_shape(run.twin)) {
     run.timer.start("build_object");
     run.options.note = measured_shape_note(run.twin, run.options.use_steps);
-    const std::vector<int> built_from = steps_of_measured_shape(run.twin);
-    if (const auto noise = build_measured_shapes(run.twin, run.real.images)) {
-      run.options.shape_noise = std::make_shared<const compare::ShapeNoise>(
-          *noise, share_in(built_from, run.options.use_steps, run.twin.fringes.steps));
-    }
+    run.options.shape_noise = build_compared_shapes(run.twin, run.real.images, run.options.use_steps);
   }
   check_refine(run.twin, request.refine);
   return run;

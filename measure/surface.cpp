@@ -130,7 +130,8 @@ double variance_shared(const Twin& twin) {
 class Vertices {
  public:
   Vertices(const Twin& twin, std::size_t camera, const DepthMap& map)
-      : lens_(twin.cameras[camera].lens),
+      : camera_(camera),
+        lens_(twin.cameras[camera].lens),
         T_world_cam_(twin.cameras[camera].T_cam_world.inverse()),
         map_(map),
         mesh_(new Mesh) {
@@ -184,7 +185,7 @@ class Vertices {
     leverage_ += static_cast<double>(fit.leverage);
     radius_px_ += static_cast<double>(fit.radius_px);
     ++n_;
-    if (!std::isfinite(own_sigma)) return;
+    if (!(own_sigma > 0.0)) return;  // not known: as the median of the others
     const VertexNoise vertex{
         .p_mm = T_world_cam_ * p_cam_mm,
         // nothing is known of a window of one pixel: it faces the camera
@@ -195,7 +196,8 @@ class Vertices {
         .shading = light_mm_ ? shared_ * own_sigma * shading_per_sigma(fit, normal, *light_mm_ - p_cam_mm)
                              : DepthFit::kUnknown,
         .radius_px = fit.radius_px};
-    for (NoiseInView& seen : seen_) seen.add(vertex);
+    for (std::size_t c = 0; c < seen_.size(); ++c)
+      seen_[c].add(vertex, c == camera_ ? std::optional<Eigen::Vector2d>({x, y}) : std::nullopt);
   }
 
   /// Returns the relative error of the light that a pixel catches per error of its own inverse depth; NaN
@@ -213,6 +215,7 @@ class Vertices {
   }
 
   static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
+  std::size_t camera_;
   const Lens& lens_;
   double shared_ = 1.0;  ///< noise of a window, over that of points whose noise is their own
   Pose T_world_cam_;

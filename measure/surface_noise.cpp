@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "twin/base/constants.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
@@ -14,6 +15,13 @@ namespace {
 
 /// A vertex that lies no further than this from a pixel's middle is that pixel's.
 constexpr double kSamePixel_px = 0.01;
+
+/// Returns the lateral step to the next pixel in the middle of a camera's image per depth.
+double step_of(const Lens& lens) {
+  const double cx = 0.5 * (lens.width() - 1), cy = 0.5 * (lens.height() - 1);
+  const auto a = lens.unproject({cx, cy}), b = lens.unproject({cx + 1.0, cy});
+  return a && b ? (*a - *b).norm() : kNaN;
+}
 
 /// Returns the median over the pixels that have a value; 0 where none has.
 double median_of(const ImageF& image) {
@@ -40,7 +48,9 @@ NoiseInView::NoiseInView(const Twin& twin, std::size_t camera, std::size_t measu
   axis_measured_by_ = T_world_measured_by.rotation * Eigen::Vector3d::UnitZ();
   const Lens& lens = twin.cameras[camera].lens;
   seen_.shading = ImageF(lens.width(), lens.height(), std::numeric_limits<float>::quiet_NaN());
-  seen_.radius_px = seen_.shading;
+  seen_.radius_px = depth_mm_ = seen_.shading;
+  const double ratio = step_of(twin.cameras[measured_by].lens) / step_of(lens);
+  if (std::isfinite(ratio)) px_ratio_ = ratio;
   for (const DirectionFringes& d : twin.fringes.directions)
     if (twin.projector) seen_.moved_px[d.axis == Axis::x ? 0 : 1] = seen_.shading;
 }
@@ -57,21 +67,26 @@ Eigen::Vector2d NoiseInView::moved_px(const VertexNoise& vertex) const {
   return px_per_mm * (T_proj_world.rotation * ray) * further_mm;
 }
 
-void NoiseInView::add(const VertexNoise& vertex) {
+void NoiseInView::add(const VertexNoise& vertex, std::optional<Eigen::Vector2d> q_px) {
   const Camera& camera = twin_.cameras[camera_];
   // a camera sees but the front
   if (!(vertex.normal.dot(vertex.p_mm - measured_by_mm_) * vertex.normal.dot(vertex.p_mm - camera_mm_) > 0.0))
     return;
-  const auto q_px = camera.lens.project(camera.T_cam_world * vertex.p_mm);
+  if (!q_px) q_px = camera.lens.project(camera.T_cam_world * vertex.p_mm);
   if (!q_px) return;
+  const double depth_mm = (vertex.p_mm - camera_mm_).dot(axis_),
+               measured_depth_mm = (vertex.p_mm - measured_by_mm_).dot(axis_measured_by_);
+  const auto radius_px = static_cast<float>(vertex.radius_px * px_ratio_ * measured_depth_mm / depth_mm);
   const Eigen::Vector2d moved = twin_.projector ? moved_px(vertex) : Eigen::Vector2d::Zero();
   const auto first = [](double q) { return static_cast<int>(std::ceil(q - 1.0 + kSamePixel_px)); };
   const auto last = [](double q) { return static_cast<int>(std::floor(q + 1.0 - kSamePixel_px)); };
   ImageF& shading = seen_.shading;
   for (int y = std::max(0, first(q_px->y())); y <= std::min(shading.height - 1, last(q_px->y())); ++y)
     for (int x = std::max(0, first(q_px->x())); x <= std::min(shading.width - 1, last(q_px->x())); ++x) {
+      if (depth_mm_(x, y) < depth_mm) continue;  // NaN: nothing is there yet
+      depth_mm_(x, y) = static_cast<float>(depth_mm);
       shading(x, y) = static_cast<float>(vertex.shading);
-      seen_.radius_px(x, y) = vertex.radius_px;
+      seen_.radius_px(x, y) = radius_px;
       for (const int axis : {0, 1})
         if (ImageF& moved_px = seen_.moved_px[axis]; !moved_px.empty())
           moved_px(x, y) = static_cast<float>(moved[axis]);

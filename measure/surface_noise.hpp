@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "twin/image/image.hpp"
@@ -20,7 +21,8 @@ struct SurfaceNoiseInView {
   /// when the surface lies further away by its standard error. Empty without a projector, and where no
   /// fringes vary along the axis.
   std::array<ImageF, 2> moved_px;
-  ImageF radius_px;  ///< of the window that the vertex was fitted to: neighbours within share their errors
+  /// Of the window that the vertex was fitted to, in this camera's px: neighbours within share their errors.
+  ImageF radius_px;
   double median_shading = 0.0;
   std::array<double, 2> median_moved_px{};
 };
@@ -38,7 +40,7 @@ struct VertexNoise {
   /// Standard error of the mean over a pixel, along the axis of the camera that measured it.
   double depth_mm = 0.0;
   double shading = 0.0;    ///< relative, of the projector's light; NaN where it does not shine
-  float radius_px = 0.0F;  ///< of its window
+  double radius_px = 0.0;  ///< of its window, px of the camera that measured it
 };
 
 /// Writes what one camera sees of the vertices that another one measured, or itself.
@@ -46,8 +48,9 @@ class NoiseInView {
  public:
   NoiseInView(const Twin& twin, std::size_t camera, std::size_t measured_by);
 
-  /// Writes a vertex into the pixel that sees it, or the four around where it lies between pixels.
-  void add(const VertexNoise& vertex);
+  /// Writes a vertex into the pixel that sees it, or the four around where it lies between pixels, unless
+  /// what they have is nearer to the camera. `q_px`: where the camera sees it, if that is known.
+  void add(const VertexNoise& vertex, std::optional<Eigen::Vector2d> q_px = {});
 
   /// Returns what was written, with its medians.
   SurfaceNoiseInView finish() &&;
@@ -59,6 +62,8 @@ class NoiseInView {
   const Twin& twin_;
   std::size_t camera_;
   Eigen::Vector3d camera_mm_, axis_, measured_by_mm_, axis_measured_by_;  ///< places and axes, world frame
+  double px_ratio_ = 1.0;  ///< px of this camera per length at a depth, over those of the one that measured
+  ImageF depth_mm_;        ///< of what is written
   SurfaceNoiseInView seen_;
 };
 

@@ -38,7 +38,8 @@ struct HeldOutInput {
   const std::vector<std::string>& asked;  ///< what is fitted: as `--refine`; empty: gain and black level
   const Fold& fold;
   /// Share of a gray value's variance that the shape has from each fitted step: 0 where no object is
-  /// measured, else SurfaceNoise::leverage (measure/surface.hpp).
+  /// measured, else SurfaceNoise::leverage (measure/surface_noise.hpp); by the noise of the phases, which
+  /// counts that of shapes of two cameras as if the projector were one of them.
   double shape_leverage = 0.0;
 };
 

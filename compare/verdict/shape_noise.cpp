@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "measure/depth_fit.hpp"
@@ -38,18 +39,22 @@ struct WindowKernels {
   Eigen::MatrixXd depth, slope;  ///< of the value, and of the slope along x
 };
 
-/// Returns the kernels of a quadratic; nothing where the window has too few points for one.
+/// Returns the kernels of a quadratic, or of a plane where the window has too few points for one, as the
+/// surfaces are fitted; nothing where it has too few for a plane.
 std::optional<WindowKernels> window_kernels(double radius_px) {
-  const auto window = measure::window_of(std::max(0.0, std::floor(radius_px + 0.5)));
-  if (window.size() < static_cast<std::size_t>(measure::kQuadraticPoints)) return std::nullopt;
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(window.size()), 6);
+  const auto window = measure::window_of(radius_px);
+  if (window.size() < static_cast<std::size_t>(measure::kPlanePoints)) return std::nullopt;
+  const bool is_plane = window.size() < static_cast<std::size_t>(measure::kQuadraticPoints);
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(window.size()), is_plane ? 3 : 6);
   for (std::size_t k = 0; k < window.size(); ++k) {
     const double x = window[k].dx, y = window[k].dy;
-    design.row(static_cast<Eigen::Index>(k)) << 1.0, x, y, x * x, x * y, y * y;
+    const auto row = static_cast<Eigen::Index>(k);
+    design.row(row).head<3>() << 1.0, x, y;
+    if (!is_plane) design.row(row).tail<3>() << x * x, x * y, y * y;
   }
-  const Eigen::Matrix<double, 6, 6> inverse = (design.transpose() * design).inverse();
+  const Eigen::MatrixXd inverse = (design.transpose() * design).inverse();
   const Eigen::MatrixXd response = design * inverse.leftCols<2>();
-  const auto r = static_cast<Eigen::Index>(std::lround(radius_px));
+  const auto r = static_cast<Eigen::Index>(radius_px);
   WindowKernels out{Eigen::MatrixXd::Zero(2 * r + 1, 2 * r + 1), Eigen::MatrixXd::Zero(2 * r + 1, 2 * r + 1)};
   for (std::size_t k = 0; k < window.size(); ++k) {
     out.depth(window[k].dy + r, window[k].dx + r) = response(static_cast<Eigen::Index>(k), 0);
@@ -80,39 +85,59 @@ double value_or(double otherwise, const ImageF& of_pixel, std::size_t pixel) {
   return has_value ? static_cast<double>(of_pixel.data[pixel]) : otherwise;
 }
 
-/// Returns the shares of regions for all radii of windows that this camera sees.
+/// Returns a radius' place among all of them.
+std::size_t place_of(double radius_px) {
+  return static_cast<std::size_t>(std::lround(kRadiiPerPx * radius_px));
+}
+
+/// Returns what a mean over a region keeps of noise, over that of a pixel's mean.
+RegionShares over_pixel(double radius_px) {
+  const measure::PixelShares in_pixel = measure::shares_in_pixel(radius_px);
+  const RegionShares in_region = region_shares(radius_px, kRegion);
+  return {in_region.depth / in_pixel.depth, in_region.slope / in_pixel.slope};
+}
+
+/// Returns the shares of regions for the radii of windows that this camera sees; the places of others are not
+/// filled in.
 std::vector<RegionShares> shares_of_radii(const measure::SurfaceNoise& surface, std::size_t camera) {
-  float largest_px = 0.0F;
-  for (const float radius_px : surface.of_camera[camera].radius_px.data)
-    largest_px = std::fmax(largest_px, radius_px);  // NaN: none
-  std::vector<RegionShares> out;
-  for (int radius_px = 0; radius_px <= std::lround(largest_px); ++radius_px) {
-    const measure::PixelShares in_pixel = measure::shares_in_pixel(radius_px);
-    out.push_back(region_shares(radius_px, kRegion));
-    out.back().depth /= in_pixel.depth, out.back().slope /= in_pixel.slope;
+  std::vector<bool> seen(place_of(surface.radius_px) + 1);
+  seen.back() = true;
+  for (const float radius_px : surface.of_camera[camera].radius_px.data) {
+    if (std::isnan(radius_px)) continue;
+    const std::size_t place = place_of(static_cast<double>(radius_px));
+    if (place >= seen.size()) seen.resize(place + 1);
+    seen[place] = true;
   }
+  std::vector<RegionShares> out(seen.size());
+  for (std::size_t place = 0; place < seen.size(); ++place)
+    if (seen[place]) out[place] = over_pixel(static_cast<double>(place) / kRadiiPerPx);
   return out;
 }
 
-/// Returns twice the covariance of what the shape's noise moves in a camera with the noise of the camera's
-/// own phases of the same steps, over the variance of what it moves. (Of N compared steps that have a share
-/// among those of the shape, the covariance is that times the share.) With the projector, the first camera's
-/// phases are the shape: 2. Of two cameras that make it with noise n and n', what lights a pixel moves by m
-/// (n - n')/(m - m'), where m and m' are what one and the same change of depth moves in either.
-double followed(const measure::SurfaceNoise& surface, const Twin& twin, std::size_t camera) {
-  if (twin.measure.triangulate != Triangulate::stereo) return camera == 0 ? 2.0 : 0.0;
-  if (camera > 1 || surface.of_camera.size() < 2) return 0.0;
-  const auto &own = surface.of_camera[camera].median_moved_px,
-             &other = surface.of_camera[1 - camera].median_moved_px;
-  const std::size_t axis = std::abs(own[0]) >= std::abs(own[1]) ? 0 : 1;
-  return own[axis] != 0.0 ? 1.0 - other[axis] / own[axis] : 0.0;
+/// Returns, along the projector's axes, twice the covariance of what the shape's noise moves in a camera with
+/// the noise of the camera's own phases of the same steps, over the variance of what it moves. (Of compared
+/// steps that have a share among those of the shape, the covariance is that times the share.) With the
+/// projector, the first camera's phases are the shape: 2. Of two cameras that make it, with noise n and n' of
+/// one size, what lights a pixel moves by m (n - n')/(m - m'), where m and m' are what one and the same
+/// change of depth moves in either.
+std::array<double, 2> followed(const measure::SurfaceNoise& surface, const Twin& twin, std::size_t camera) {
+  if (twin.measure.triangulate != Triangulate::stereo)
+    return camera == 0 ? std::array{2.0, 2.0} : std::array{0.0, 0.0};
+  std::array<double, 2> out{};
+  if (camera > 1 || surface.of_camera.size() < 2) return out;
+  for (const int axis : {0, 1}) {
+    const double own = surface.of_camera[camera].median_moved_px[axis],
+                 other = surface.of_camera[1 - camera].median_moved_px[axis];
+    if (own != 0.0) out[axis] = 1.0 - other / own;
+  }
+  return out;
 }
 
 }  // namespace
 
 std::size_t ShapeInView::radius_at(std::size_t pixel) const {
   const double radius_px = value_or(mean_radius_px, noise->radius_px, pixel);
-  return std::min(shares.size() - 1, static_cast<std::size_t>(std::lround(radius_px)));
+  return std::min(shares.size() - 1, place_of(radius_px));
 }
 
 double ShapeInView::shading_at(std::size_t pixel) const {
@@ -120,9 +145,9 @@ double ShapeInView::shading_at(std::size_t pixel) const {
 }
 
 double ShapeInView::moved_px_at(Axis axis, std::size_t pixel) const {
-  if (!noise || !(moves > 0.0)) return 0.0;
   const std::size_t k = axis == Axis::x ? 0 : 1;
-  return std::sqrt(moves) * value_or(noise->median_moved_px[k], noise->moved_px[k], pixel);
+  if (!noise || !(moves[k] > 0.0)) return 0.0;
+  return std::sqrt(moves[k]) * value_or(noise->median_moved_px[k], noise->moved_px[k], pixel);
 }
 
 ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t camera,
@@ -133,7 +158,8 @@ ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t
                   .mean_radius_px = noise->surface.radius_px,
                   .ambient = twin.projector ? twin.projector->ambient : 0.0,
                   .real = real};
-  out.moves = std::max(0.0, 1.0 - noise->steps_in_shape * followed(noise->surface, twin, camera));
+  const std::array<double, 2> follows = followed(noise->surface, twin, camera);
+  for (const int axis : {0, 1}) out.moves[axis] = std::max(0.0, 1.0 - noise->steps_in_shape * follows[axis]);
   return out;
 }
 
@@ -157,16 +183,15 @@ double ripple_gain(double radius_px, double period_px) {
 void count_shape(const ShapeInView& shape, const DirectionDecode& real, const DirectionDecode& simulated,
                  const ImageU8& interior, RippleTest& ripple) {
   constexpr int kEvery = 5;  // pixels: what is asked for is a mean
-  if (!shape.noise || !(shape.moves > 0.0)) return;
+  if (!shape.noise || !(shape.moves[real.axis == Axis::x ? 0 : 1] > 0.0)) return;
   const double fringe_px = fringe_in_image_px(real);
   if (!std::isfinite(fringe_px)) return;
-  std::vector<std::array<double, 2>> gains;  // by radius: of the fringe itself, and of the alias order
-  for (std::size_t k = 0; k < shape.shares.size(); ++k) {
-    const auto radius_px = static_cast<double>(k);
-    const double in_pixel = measure::shares_in_pixel(radius_px).depth;
-    gains.push_back({ripple_gain(radius_px, fringe_px) / in_pixel,
-                     ripple_gain(radius_px, fringe_px / ripple.order) / in_pixel});
-  }
+  const auto both_orders = [&](double radius_px, int order) {  // either chi2 is of an order and its double
+    return 0.5 *
+           (ripple_gain(radius_px, fringe_px / order) + ripple_gain(radius_px, fringe_px / (2 * order))) /
+           measure::shares_in_pixel(radius_px).depth;
+  };
+  std::map<std::size_t, std::array<double, 2>> gains;  // by radius: of the fringe itself, of the alias order
   std::array<double, 2> sums{};
   double n = 0.0;
   for (std::size_t i = 0; i < interior.size(); i += kEvery) {
@@ -174,7 +199,11 @@ void count_shape(const ShapeInView& shape, const DirectionDecode& real, const Di
                                 std::pow(static_cast<double>(simulated.coordinate_sigma_px.data[i]), 2);
     if (interior.data[i] == 0 || !(variance_px2 > 0.0)) continue;
     const double share = std::pow(shape.moved_px_at(real.axis, i), 2) / variance_px2;
-    const std::array<double, 2>& gain = gains[shape.radius_at(i)];
+    const std::size_t place = shape.radius_at(i);
+    const auto [at, is_new] = gains.try_emplace(place);
+    const double radius_px = static_cast<double>(place) / kRadiiPerPx;
+    if (is_new) at->second = {both_orders(radius_px, 1), both_orders(radius_px, ripple.order)};
+    const std::array<double, 2>& gain = at->second;
     sums[0] += share * gain[0], sums[1] += share * gain[1], n += 1.0;
   }
   if (!(n > 0.0)) return;

@@ -2,6 +2,7 @@
 // What the noise of a measured shape adds to the budgets of phase and gray values: neighbours share it, since
 // each vertex is told by a window of pixels (docs/metrics/verdict.md, "Explained").
 #pragma once
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -35,19 +36,22 @@ RegionShares region_shares(double radius_px, int region_px);
 /// noise is their own: windows of this radius let neighbours share theirs.
 double ripple_gain(double radius_px, double period_px);
 
+inline constexpr double kRadiiPerPx = 10.0;  ///< how finely windows are told from each other
+
 /// The noise of a measured shape in one camera's comparison; without one, nothing.
 struct ShapeInView {
   const measure::SurfaceNoiseInView* noise = nullptr;
-  /// By the radius of a pixel's window, rounded; of the last for larger ones. Over the noise of a pixel's
-  /// mean in place of that of a vertex.
+  /// By the radius of a pixel's window, kRadiiPerPx of them for each px: what a region's mean keeps, over
+  /// what a pixel's does.
   std::vector<RegionShares> shares = {};
   double mean_radius_px = 0.0;
   double ambient = 0.0;  ///< irradiance of the room, which no normal shades
   const measure::CameraDecode* real =
       nullptr;  ///< whose amplitudes tell what moved fringes do to gray values
-  /// Of the variance of a phase that the shape's noise makes, the share by which the difference of both sides
-  /// grows: 1 where the shape has a noise of its own, 0 where it follows that of the compared steps.
-  double moves = 1.0;
+  /// Of the variance of a phase that the shape's noise makes, by how much of it the difference of both sides
+  /// grows, along columns and rows: 1 where the shape has a noise of its own, 0 where it follows that of the
+  /// compared steps, more where it goes against it.
+  std::array<double, 2> moves{1.0, 1.0};
   bool shades = true;  ///< whether its normals' noise is seen: not where each pixel has a factor of its own
 
   /// Returns what a mean over a region of the verdict keeps of this pixel's noise.

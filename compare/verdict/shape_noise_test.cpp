@@ -17,21 +17,23 @@
 namespace fringetwin::compare::shape_noise_test {
 namespace {
 
-/// Returns what the points of a window add to the value (row 0) and the slope along x (row 1) of a quadratic
-/// that is fitted to them.
+/// Returns what the points of a window add to the value (row 0) and the slope along x (row 1) of a quadratic,
+/// or of a plane, that is fitted to them.
 Eigen::MatrixXd responses(const std::vector<measure::WindowOffset>& window) {
   Eigen::MatrixXd design(static_cast<Eigen::Index>(window.size()), 6);
   for (std::size_t k = 0; k < window.size(); ++k) {
     const double x = window[k].dx, y = window[k].dy;
     design.row(static_cast<Eigen::Index>(k)) << 1.0, x, y, x * x, x * y, y * y;
   }
+  if (window.size() < 10) design = Eigen::MatrixXd(design.leftCols(3));  // a plane, as surfaces are fitted
   return design.colPivHouseholderQr().solve(Eigen::MatrixXd::Identity(design.rows(), design.rows()));
 }
 
-// White noise is drawn, smoothed by quadratics pixel by pixel (QR), and averaged over a square.
-TEST(ShapeNoise, SharesAreThoseOfDrawnNoise) {
-  constexpr int kRadius = 5, kRegion = 6, kSide = 2 * kRadius + kRegion, kDraws = 2000;
-  const auto window = measure::window_of(kRadius);
+/// White noise is drawn, smoothed pixel by pixel (QR), and averaged over a square.
+void expect_shares(double radius_px) {
+  SCOPED_TRACE(radius_px);
+  constexpr int kMargin = 5, kRegion = 6, kSide = 2 * kMargin + kRegion, kDraws = 2000;
+  const auto window = measure::window_of(radius_px);
   const Eigen::MatrixXd response = responses(window);
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal(0.0, 1.0);
@@ -40,8 +42,8 @@ TEST(ShapeNoise, SharesAreThoseOfDrawnNoise) {
     Eigen::MatrixXd noise(kSide, kSide);
     for (double& value : noise.reshaped()) value = normal(random);
     double sum_depth = 0.0, sum_slope = 0.0;
-    for (int y = kRadius; y < kRadius + kRegion; ++y)
-      for (int x = kRadius; x < kRadius + kRegion; ++x)
+    for (int y = kMargin; y < kMargin + kRegion; ++y)
+      for (int x = kMargin; x < kMargin + kRegion; ++x)
         for (std::size_t k = 0; k < window.size(); ++k) {
           const double value = noise(y + window[k].dy, x + window[k].dx);
           sum_depth += response(0, static_cast<Eigen::Index>(k)) * value;
@@ -50,9 +52,14 @@ TEST(ShapeNoise, SharesAreThoseOfDrawnNoise) {
     depth += sum_depth * sum_depth, slope += sum_slope * sum_slope;
   }
   const double n4 = static_cast<double>(kRegion * kRegion) * kRegion * kRegion;
-  const RegionShares shares = region_shares(kRadius, kRegion);
+  const RegionShares shares = region_shares(radius_px, kRegion);
   EXPECT_NEAR(shares.depth / (depth / kDraws / n4 / response.row(0).squaredNorm()), 1.0, 0.06);
   EXPECT_NEAR(shares.slope / (slope / kDraws / n4 / response.row(1).squaredNorm()), 1.0, 0.06);
+}
+
+// Windows of 5 and 9 points, which tell a plane, and of 13 and more, which tell a quadratic.
+TEST(ShapeNoise, SharesAreThoseOfDrawnNoise) {
+  for (const double radius_px : {1.0, 1.5, 2.0, 2.5, 5.0}) expect_shares(radius_px);
 }
 
 // White noise is drawn on a torus, smoothed in the same way, and summed up with a sine as weights.
@@ -118,8 +125,8 @@ TEST(ShapeNoise, APixelHasItsOwnAndOthersTheMedian) {
   EXPECT_DOUBLE_EQ(view.moved_px_at(Axis::y, 2), -0.4);
   // over the noise of a pixel's mean: of windows of one pixel that has 0.59375^2 of a vertex' variance
   EXPECT_NEAR(view.shares_at(0).depth, 1.0 / (kRegion * kRegion) / std::pow(0.59375, 2), 1e-12);
-  EXPECT_EQ(view.radius_at(1), 4u);
-  EXPECT_EQ(view.radius_at(2), 3u);
+  EXPECT_EQ(view.radius_at(1), 40u);
+  EXPECT_EQ(view.radius_at(2), 30u);
   ShapeInView owned = view;
   owned.shades = false;
   EXPECT_DOUBLE_EQ(owned.shading_at(1), 0.0) << "a factor per pixel holds it";
@@ -138,8 +145,8 @@ TEST(ShapeNoise, AShapeFollowsTheStepsThatItWasBuiltFrom) {
   double other_moves_px = 0.3;
   const auto moved_px = [&](double steps_in_shape, std::size_t camera) {
     ShapeNoise noise = noise_of_three(steps_in_shape);
-    noise.surface.of_camera[0].median_moved_px = {0.3, 0.0};
-    noise.surface.of_camera[1].median_moved_px = {other_moves_px, 0.0};
+    noise.surface.of_camera[0].median_moved_px = {0.3, 0.3};
+    noise.surface.of_camera[1].median_moved_px = {other_moves_px, 0.6};
     return shape_in_view(&noise, twin, camera, nullptr).moved_px_at(Axis::x, 0);
   };
   twin.measure.triangulate = Triangulate::projector;
@@ -155,6 +162,11 @@ TEST(ShapeNoise, AShapeFollowsTheStepsThatItWasBuiltFrom) {
   other_moves_px = 0.1;
   EXPECT_NEAR(moved_px(1.0, 0), 0.1 * std::sqrt((10.0 - 4.0) / 18.0), 1e-8);
   EXPECT_NEAR(moved_px(1.0, 1), 0.1 * std::sqrt(1.0 + 2.0), 1e-8) << "it moves against its noise";
+  ShapeNoise noise = noise_of_three(1.0);
+  noise.surface.of_camera[1].median_moved_px = {-0.3, -0.2};  // of the first one's 0.3 and -0.4
+  const ShapeInView first = shape_in_view(&noise, twin, 0, nullptr);
+  EXPECT_DOUBLE_EQ(first.moved_px_at(Axis::x, 0), 0.0);
+  EXPECT_NEAR(first.moved_px_at(Axis::y, 0), 0.1 * std::sqrt(0.5), 1e-8) << "each axis by itself";
 }
 
 }  // namespace

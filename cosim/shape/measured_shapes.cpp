@@ -23,6 +23,10 @@
 namespace fringetwin::cosim {
 namespace {
 
+/// The coordinates stay as they were decoded: the surface is smoothed by itself, from noise that no
+/// neighbours share.
+constexpr double kUnsmoothed = 0.0;
+
 /// The phase steps that an object is measured from, and those that tell what is to be taken out of them.
 struct ShapeSteps {
   std::vector<int> used, telling;
@@ -168,8 +172,8 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
         measured->correct_fringes
             ? measure::measure(
                   twin, with_plain_fringes(twin, object, with_known_light_out(twin, real, of), of, told),
-                  of.used)
-            : measure::measure(twin, real, of.used);
+                  of.used, kUnsmoothed)
+            : measure::measure(twin, real, of.used, kUnsmoothed);
     const measure::MeasuredSurface surface = measure::build_surface(twin, 0, m.cloud, *measured);
     if (noise)
       put_larger(surface.noise, *noise);
@@ -180,11 +184,35 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
   return noise;
 }
 
+namespace {
+
+/// Returns the phase steps from which the first measured shape of the twin is built; others take the same.
 std::vector<int> steps_of_measured_shape(const Twin& twin) {
   for (const Object& object : twin.objects)
     if (const auto* measured = std::get_if<MeasuredShape>(&object.shape))
       return built_from_steps(twin, object, *measured);
   return {};
+}
+
+/// Returns the share of the compared steps (none named: all) that a shape was built from, too.
+double share_in(const std::vector<int>& built_from, const std::vector<int>& compared, int steps) {
+  const std::vector<int> of = compared.empty() ? measure::all_steps(steps) : compared;
+  if (of.empty()) return 1.0;  // a code alone, which is decoded whole
+  const auto both = std::ranges::count_if(
+      of, [&](int step) { return std::ranges::find(built_from, step) != built_from.end(); });
+  return static_cast<double>(both) / static_cast<double>(of.size());
+}
+
+}  // namespace
+
+std::shared_ptr<const compare::ShapeNoise> build_compared_shapes(Twin& twin,
+                                                                 const std::vector<CameraImages>& real,
+                                                                 const std::vector<int>& compared) {
+  const std::vector<int> built_from = steps_of_measured_shape(twin);
+  auto noise = build_measured_shapes(twin, real);
+  if (!noise) return nullptr;
+  return std::make_shared<const compare::ShapeNoise>(std::move(*noise),
+                                                     share_in(built_from, compared, twin.fringes.steps));
 }
 
 }  // namespace fringetwin::cosim

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds the objects with shape = "measured" from the real captures of the scene they stand in.
 #pragma once
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "compare/verdict/shape_noise.hpp"
 #include "measure/surface.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"
@@ -27,7 +29,10 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
                                                            const std::vector<int>& steps = {},
                                                            std::set<std::string>* told = nullptr);
 
-/// Returns the phase steps from which the first measured shape of the twin is built; none without one.
-std::vector<int> steps_of_measured_shape(const Twin& twin);
+/// Does the same from the steps that the objects name, for a comparison of these steps; without any of all.
+/// Returns the noise as the comparison takes it; null without a measured shape.
+std::shared_ptr<const compare::ShapeNoise> build_compared_shapes(Twin& twin,
+                                                                 const std::vector<CameraImages>& real,
+                                                                 const std::vector<int>& compared);
 
 }  // namespace fringetwin::cosim
