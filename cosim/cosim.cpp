@@ -25,6 +25,7 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"
+#include "twin/image/freed_memory.hpp"
 
 namespace fringetwin::cosim {
 namespace {
@@ -80,12 +81,22 @@ void keep_times(Run& run, const measure::Measurement& measurement, const std::st
   for (const auto& [stage, seconds] : measurement.timing_s) run.timer.seconds[stage + "_" + side] = seconds;
 }
 
+/// Drops what no comparison asks of the simulated side.
+void drop_coarse_amplitudes(measure::Measurement& measurement) {
+  for (measure::CameraDecode& camera : measurement.cameras)
+    for (measure::DirectionDecode& d : camera.directions)
+      for (std::size_t p = 0; p < d.amplitude_dn.size(); ++p)
+        if (static_cast<int>(p) != d.finest && !d.wrapped_rad.empty()) d.amplitude_dn[p] = {};
+}
+
 void measure_simulated(Run& run) {
   run.timer.start("measure_simulated");
   run.simulated.measurement = measure::measure(run.twin, run.simulated.images, run.options.use_steps);
   run.noise_free = measure::noise_free_points(run.twin, run.simulated.irradiance, *run.simulated.measurement,
                                               run.options.use_steps);
   measure::state_method_bias(run.twin, run.noise_free, *run.simulated.measurement);
+  drop_coarse_amplitudes(*run.simulated.measurement);
+  give_freed_memory_back();
   run.timer.stop();
   keep_times(run, *run.simulated.measurement, "simulated");
 }
@@ -104,6 +115,7 @@ void measure_real(Run& run, const Twin* before = nullptr) {
     real = measure::measure(run.twin, run.real.images, run.options.use_steps);
   }
   measure::state_method_bias(run.twin, run.noise_free, *real);
+  give_freed_memory_back();
   run.timer.stop();
   keep_times(run, *real, "real");
 }
@@ -227,6 +239,8 @@ Run run_cosim(const CosimRequest& asked) {
     for (const measure::Doubt& doubt : doubts) warn(doubt.sentence);
     throw;
   }
+  run.noise_free = {};  // no measurement follows
+  give_freed_memory_back();
   add_to_warnings(run, doubts);
   add_brightness_warnings(run);
   add_first_warning(run, chosen.warning);

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
+#include <string>
+#include <vector>
 
 #include "measure/points/points_ply.hpp"
 #include "report/color_scale.hpp"
@@ -17,18 +17,16 @@ namespace {
 void write_deviation_cloud(const std::filesystem::path& file, const measure::PointCloud& cloud,
                            const measure::ObjectFit& fit, double span_mm) {
   measure::PlyVertices ply = measure::ply_of_points(cloud, fit.index);
-  ply.add(measure::kScalarField + std::string("deviation_mm"), fit.deviation_mm);
-  std::array<std::vector<std::uint8_t>, 3> colour;
+  ply.add_float(measure::kScalarField + std::string("deviation_mm"),
+                [&fit](std::size_t k) { return fit.deviation_mm[k]; });
+  std::vector<report::Rgb> colours;
   for (const float deviation_mm : fit.deviation_mm) {
     const double t = 0.5 + 0.5 * static_cast<double>(deviation_mm) / span_mm;
-    const report::Rgb rgb = report::scale_color(report::Scale::diverging, t);
-    colour[0].push_back(rgb.r);
-    colour[1].push_back(rgb.g);
-    colour[2].push_back(rgb.b);
+    colours.push_back(report::scale_color(report::Scale::diverging, t));
   }
-  ply.add("red", colour[0]);
-  ply.add("green", colour[1]);
-  ply.add("blue", colour[2]);
+  ply.add_byte("red", [&colours](std::size_t k) { return colours[k].r; });
+  ply.add_byte("green", [&colours](std::size_t k) { return colours[k].g; });
+  ply.add_byte("blue", [&colours](std::size_t k) { return colours[k].b; });
   ply.write(file, fmt::format("unit mm, world frame; deviation from the fitted {}: blue {:.6g} mm, white 0, "
                               "red {:.6g} mm",
                               fit.kind, -span_mm, span_mm));

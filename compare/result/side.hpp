@@ -14,6 +14,8 @@ namespace fringetwin::compare {
 /// Holds what a comparison knows of one side.
 struct Side {
   std::vector<CameraImages> images;  ///< order of twin.cameras; empty when only published numbers are known
+  /// Of the simulated side perhaps without amplitudes but those of the finest pitch, which all comparisons
+  /// ask for; those of the others are empty then.
   std::optional<measure::Measurement> measurement;
   /// Irradiance images of the simulated side, before the sensor, in the order of the sequence; empty where
   /// neither the renderer nor EXR files gave them.

@@ -4,31 +4,45 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <limits>
+#include <utility>
 
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::measure {
 namespace {
 
-ImageF to_float(const ImageD& image) {
-  ImageF out(image.width, image.height);
-  std::transform(image.data.begin(), image.data.end(), out.data.begin(),
-                 [](double v) { return static_cast<float>(v); });
-  return out;
-}
-
+/// Returns a channel that is NaN where another image is.
 template <class T>
-ImageF masked(const ImageF& image, const Image<T>& validity) {
-  ImageF out = image;
-  for (std::size_t i = 0; i < out.size(); ++i)
-    if (!std::isfinite(validity.data[i])) out.data[i] = std::numeric_limits<float>::quiet_NaN();
-  return out;
+PhaseChannel masked(std::string name, const ImageF& image, const Image<T>& validity) {
+  const auto at = [&image, &validity](std::size_t i) {
+    return std::isfinite(validity.data[i]) ? image.data[i] : std::numeric_limits<float>::quiet_NaN();
+  };
+  return {.name = std::move(name), .image = nullptr, .at = at};
 }
 
-ImageF masked_by_validity(const ImageF& image, const DirectionDecode& d) {
-  if (d.wrapped_rad.empty()) return masked(image, d.coordinate_px);
-  return masked(image, d.wrapped_rad[d.finest]);
+PhaseChannel masked_by_validity(std::string name, const ImageF& image, const DirectionDecode& d) {
+  return d.wrapped_rad.empty() ? masked(std::move(name), image, d.coordinate_px)
+                               : masked(std::move(name), image, d.wrapped_rad[d.finest]);
+}
+
+PhaseChannel as_it_is(std::string name, const ImageF& image) {
+  return {.name = std::move(name), .image = &image, .at = [&image](std::size_t i) { return image.data[i]; }};
+}
+
+PhaseChannel to_float(std::string name, const ImageD& image) {
+  return {.name = std::move(name), .image = nullptr, .at = [&image](std::size_t i) {
+            return static_cast<float>(image.data[i]);
+          }};
+}
+
+ImageF image_of(const PhaseChannel& channel, const CameraDecode& decode) {
+  if (channel.image) return *channel.image;
+  ImageF out(decode.width(), decode.height());
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < out.size(); ++i) out.data[i] = channel.at(i);
+  return out;
 }
 
 }  // namespace
@@ -42,28 +56,37 @@ std::string wrapped_channel_name(Axis axis, double pitch_px) {
   return std::string("wrapped_") + axis_name(axis) + "_" + pitch;
 }
 
-std::vector<std::pair<std::string, ImageF>> phase_channels(const CameraDecode& decode) {
-  std::vector<std::pair<std::string, ImageF>> channels;
+std::vector<PhaseChannel> phase_channel_values(const CameraDecode& decode) {
+  std::vector<PhaseChannel> channels;
   for (std::size_t i = 0; i < decode.directions.size(); ++i) {
     const DirectionDecode& d = decode.directions[i];
     for (std::size_t p = 0; p < d.wrapped_rad.size(); ++p)
-      channels.emplace_back(wrapped_channel_name(d.axis, d.pitches_px[p]), d.wrapped_rad[p]);
+      channels.push_back(as_it_is(wrapped_channel_name(d.axis, d.pitches_px[p]), d.wrapped_rad[p]));
     if (d.unwrapped && !d.coordinate_px.empty())
-      channels.emplace_back(d.axis == Axis::x ? "column_px" : "row_px", to_float(d.coordinate_px));
+      channels.push_back(to_float(d.axis == Axis::x ? "column_px" : "row_px", d.coordinate_px));
     const std::string suffix = i == 0 ? "" : std::string("_") + axis_name(d.axis);
     if (d.amplitude_dn.empty()) continue;
     const std::size_t finest = d.wrapped_rad.empty() ? 0 : static_cast<std::size_t>(d.finest);
-    channels.emplace_back("amplitude_dn" + suffix, masked_by_validity(d.amplitude_dn[finest], d));
-    channels.emplace_back("mean_dn" + suffix, masked_by_validity(d.mean_dn, d));
-    channels.emplace_back("sigma_rad" + suffix, masked_by_validity(d.sigma_rad, d));
+    channels.push_back(masked_by_validity("amplitude_dn" + suffix, d.amplitude_dn[finest], d));
+    channels.push_back(masked_by_validity("mean_dn" + suffix, d.mean_dn, d));
+    channels.push_back(masked_by_validity("sigma_rad" + suffix, d.sigma_rad, d));
   }
   return channels;
 }
 
+std::vector<std::pair<std::string, ImageF>> phase_channels(const CameraDecode& decode) {
+  std::vector<std::pair<std::string, ImageF>> channels;
+  for (const PhaseChannel& channel : phase_channel_values(decode))
+    channels.emplace_back(channel.name, image_of(channel, decode));
+  return channels;
+}
+
 void write_phase_exr(const std::filesystem::path& dir, const CameraDecode& decode) {
-  const auto channels = phase_channels(decode);
+  std::deque<ImageF> made;  // whose elements stay where they are
   std::vector<NamedChannel> named;
-  for (const auto& [name, image] : channels) named.emplace_back(name, &image);
+  for (const PhaseChannel& channel : phase_channel_values(decode))
+    named.emplace_back(channel.name,
+                       channel.image ? channel.image : &made.emplace_back(image_of(channel, decode)));
   write_exr(dir / ("phase_" + decode.camera + ".exr"), named);
 }
 

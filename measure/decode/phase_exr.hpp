@@ -2,7 +2,9 @@
 // Writes a decoded camera as phase_<camera>.exr (docs/formats/results.md, "What measure writes"): float32
 // channels, NaN where invalid.
 #pragma once
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +18,14 @@ namespace fringetwin::measure {
 /// amplitude_dn_<dir>, mean_dn_<dir>, sigma_rad_<dir>. Amplitude, mean and sigma are NaN where the
 /// finest wrapped phase is (code only: where the coordinate is).
 std::vector<std::pair<std::string, ImageF>> phase_channels(const CameraDecode& decode);
+
+/// One of these channels, computed where it is read. The decode must outlive it.
+struct PhaseChannel {
+  std::string name;
+  const ImageF* image = nullptr;  ///< where it holds the channel as it is; else null
+  std::function<float(std::size_t)> at;
+};
+std::vector<PhaseChannel> phase_channel_values(const CameraDecode& decode);
 
 /// Writes DIR/phase_<camera>.exr, first under a temporary name.
 void write_phase_exr(const std::filesystem::path& dir, const CameraDecode& decode);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "measure/points/ply_vertices.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <span>
+#include <utility>
 
-#include "twin/base/errors.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::measure {
@@ -13,23 +14,29 @@ namespace fringetwin::measure {
 static_assert(std::endian::native == std::endian::little, "the PLY is written as it lies in memory");
 
 template <class T>
-void PlyVertices::append(const char* type, const std::string& name, const std::vector<T>& values) {
-  FT_CHECK(values.size() == n_, "a property of a PLY has a value for each vertex");
-  const auto* first = reinterpret_cast<const char*>(values.data());
-  properties_.push_back({type, name, sizeof(T), {first, first + n_ * sizeof(T)}});
+void PlyVertices::append(const char* type, const std::string& name, std::function<T(std::size_t)> value) {
+  properties_.push_back(
+      {type, name, sizeof(T),
+       [value = std::move(value)](std::size_t first, std::size_t end, std::size_t record, char* to) {
+         for (std::size_t i = first; i < end; ++i, to += record) {
+           const T v = value(i);
+           std::memcpy(to, &v, sizeof v);
+         }
+       }});
 }
 
-void PlyVertices::add(const std::string& name, const std::vector<double>& values) {
-  append("double", name, values);
+void PlyVertices::add_double(const std::string& name, std::function<double(std::size_t)> value) {
+  append("double", name, std::move(value));
 }
-void PlyVertices::add(const std::string& name, const std::vector<float>& values) {
-  append("float", name, values);
+void PlyVertices::add_float(const std::string& name, std::function<float(std::size_t)> value) {
+  append("float", name, std::move(value));
 }
-void PlyVertices::add(const std::string& name, const std::vector<std::uint8_t>& values) {
-  append("uchar", name, values);
+void PlyVertices::add_byte(const std::string& name, std::function<std::uint8_t(std::size_t)> value) {
+  append("uchar", name, std::move(value));
 }
 
 void PlyVertices::write(const std::filesystem::path& file, const std::string& comment) const {
+  constexpr std::size_t kAtATime = 1024;  // vertices, whose records stay in the cache
   std::string head = "ply\nformat binary_little_endian 1.0\ncomment " + comment + "\nelement vertex " +
                      std::to_string(n_) + "\n";
   std::size_t record = 0;
@@ -39,11 +46,14 @@ void PlyVertices::write(const std::filesystem::path& file, const std::string& co
   }
   head += "end_header\n";
   std::vector<char> body(n_ * record);
-  std::size_t at = 0;
-  for (const Property& property : properties_) {
-    for (std::size_t i = 0; i < n_; ++i)
-      std::memcpy(&body[i * record + at], &property.values[i * property.bytes], property.bytes);
-    at += property.bytes;
+#pragma omp parallel for schedule(static)
+  for (std::size_t first = 0; first < n_; first += kAtATime) {
+    const std::size_t end = std::min(n_, first + kAtATime);
+    char* to = &body[first * record];
+    for (const Property& property : properties_) {
+      property.put(first, end, record, to);
+      to += property.bytes;
+    }
   }
   write_whole_file(file, {std::as_bytes(std::span(head)), std::as_bytes(std::span(body))});
 }

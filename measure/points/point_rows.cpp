@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace fringetwin::measure {
 
@@ -14,8 +15,7 @@ void PointRow::add(const Eigen::Vector2d& q_px, const Eigen::Vector3d& p_mm, dou
   residual_sum_sq += residual_px * residual_px;
 }
 
-PointCloud join_rows(const std::vector<PointRow>& rows, const Pose& T_world_cam,
-                     TriangulationSummary* summary) {
+PointCloud join_rows(std::vector<PointRow> rows, const Pose& T_world_cam, TriangulationSummary* summary) {
   std::size_t n = 0;
   for (const PointRow& row : rows) n += row.p_cam_mm.size();
   PointCloud cloud;
@@ -24,7 +24,8 @@ PointCloud join_rows(const std::vector<PointRow>& rows, const Pose& T_world_cam,
   cloud.sigma_mm.reserve(n);
   TriangulationSummary total;
   double residual_sum_sq = 0.0;
-  for (const PointRow& row : rows) {
+  for (PointRow& each : rows) {
+    const PointRow row = std::move(each);  // freed as soon as it is joined
     for (const Eigen::Vector3d& p : row.p_cam_mm) cloud.p_world_mm.push_back(T_world_cam * p);
     cloud.q_cam_px.insert(cloud.q_cam_px.end(), row.q_cam_px.begin(), row.q_cam_px.end());
     cloud.sigma_mm.insert(cloud.sigma_mm.end(), row.sigma_mm.begin(), row.sigma_mm.end());

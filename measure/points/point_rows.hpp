@@ -20,8 +20,7 @@ struct PointRow {
   void add(const Eigen::Vector2d& q_px, const Eigen::Vector3d& p_mm, double sigma, double residual_px);
 };
 
-PointCloud join_rows(const std::vector<PointRow>& rows, const Pose& T_world_cam,
-                     TriangulationSummary* summary);
+PointCloud join_rows(std::vector<PointRow> rows, const Pose& T_world_cam, TriangulationSummary* summary);
 
 /// Returns the noise of a decoded coordinate, 0 where unknown.
 double coordinate_sigma(const DirectionDecode& direction, int x, int y);

@@ -4,6 +4,7 @@
 // the coordinate decoded at the pixel: the epipolar curve is followed without being drawn.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "measure/points/depth_solver.hpp"
 #include "measure/points/epipolar_table.hpp"
@@ -49,7 +50,7 @@ struct Setup {
 };
 
 struct Work {
-  Image<Eigen::Vector3d> ray = {};
+  Image<Eigen::Vector3d> ray = {};  ///< to_points() makes points of them
   Image<Match> match = {};
   Image<State> state = {};
   std::vector<std::vector<Alternatives>> alternatives = {};  ///< per row
@@ -188,23 +189,31 @@ void reject_isolated(Work& work, double step) {
     }
 }
 
+/// Puts the point of each match in the place of its ray, mm in camera 0; NaN where there is none.
+void to_points(Work& work) {
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < work.ray.data.size(); ++i)
+    if (work.state.data[i] == State::matched)
+      work.ray.data[i] *= work.match.data[i].depth_mm;
+    else
+      work.ray.data[i].setConstant(kNaN);
+}
+
 /// Takes away matches of surfaces that camera 1 does not see (hidden_matches.hpp): they have none.
+/// After to_points().
 void leave_out_hidden(const Setup& setup, Work& work) {
-  Image<Eigen::Vector3d> points(work.match.width, work.match.height, Eigen::Vector3d::Constant(kNaN));
   ImageF sigma_mm(work.match.width, work.match.height, 0.0F);
 #pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < points.data.size(); ++i) {
-    if (work.state.data[i] != State::matched) continue;
-    points.data[i] = work.match.data[i].depth_mm * work.ray.data[i];
-    sigma_mm.data[i] = work.match.data[i].sigma_mm;
-  }
-  const ImageU8 hidden =
-      hidden_matches(points, sigma_mm, setup.T_cam1_cam0.inverse().translation_mm, ray_step(setup.cam1.lens));
+  for (std::size_t i = 0; i < sigma_mm.data.size(); ++i)
+    if (work.state.data[i] == State::matched) sigma_mm.data[i] = work.match.data[i].sigma_mm;
+  const ImageU8 hidden = hidden_matches(work.ray, sigma_mm, setup.T_cam1_cam0.inverse().translation_mm,
+                                        ray_step(setup.cam1.lens));
   for (std::size_t i = 0; i < hidden.data.size(); ++i)
     if (hidden.data[i] != 0) work.state.data[i] = State::no_match;
 }
 
-PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* summary) {
+/// After to_points(). Frees what it works on.
+PointCloud collect(const Setup& setup, Work work, TriangulationSummary* summary) {
   std::vector<PointRow> rows(work.match.height);
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < work.match.height; ++y) {
@@ -220,11 +229,11 @@ PointCloud collect(const Setup& setup, const Work& work, TriangulationSummary* s
       if (state != State::matched) continue;
       const Eigen::Vector2d pixel(x, y);
       const Match& m = work.match(x, y);
-      row.add(pixel, m.depth_mm * work.ray(x, y), static_cast<double>(m.sigma_mm),
-              static_cast<double>(m.residual_px));
+      row.add(pixel, work.ray(x, y), static_cast<double>(m.sigma_mm), static_cast<double>(m.residual_px));
     }
   }
-  return join_rows(rows, setup.cam0.T_cam_world.inverse(), summary);
+  work = {};
+  return join_rows(std::move(rows), setup.cam0.T_cam_world.inverse(), summary);
 }
 
 /// Returns how much the coordinate changes along the epipolar curve, median over the image: tells which
@@ -290,9 +299,10 @@ PointCloud triangulate_stereo(const Twin& twin, const CameraDecode& left, const 
   const double match_s = watch.elapsed().wall_s;
   const double step = ray_step(setup.cam0.lens);
   decide_ambiguous(work, step);
+  to_points(work);
   leave_out_hidden(setup, work);
   reject_isolated(work, step);
-  PointCloud cloud = collect(setup, work, summary);
+  PointCloud cloud = collect(setup, std::move(work), summary);
   if (summary) summary->match_s = match_s;
   return cloud;
 }

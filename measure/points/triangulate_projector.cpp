@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <utility>
 
 #include "measure/points/depth_solver.hpp"
 #include "measure/points/point_rows.hpp"
@@ -105,7 +106,7 @@ PointCloud triangulate_projector(const Twin& twin, std::size_t camera, const Cam
 #pragma omp parallel for schedule(dynamic, 8)
   for (int y = 0; y < decode.height(); ++y) triangulate_row(setup, y, rows[y]);
   const double match_s = watch.elapsed().wall_s;
-  PointCloud cloud = join_rows(rows, cam.T_cam_world.inverse(), summary);
+  PointCloud cloud = join_rows(std::move(rows), cam.T_cam_world.inverse(), summary);
   if (summary) summary->match_s = match_s;
   return cloud;
 }

@@ -4,14 +4,16 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
-#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfThreading.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
 
 #include "twin/base/errors.hpp"
 #include "twin/image/exr_header.hpp"
@@ -35,9 +37,40 @@ Imf::Slice float_slice(const ImageF& image, const Imath::Box2i& window) {
   return Imf::Slice::Make(Imf::FLOAT, image.data.data(), window, sizeof(float), row_bytes);
 }
 
-/// Returns the bytes of the file. OpenEXR writes the last of them in a destructor, which cannot say that the
+/// Keeps the bytes of a file in pieces: one that grows as a whole is there two or three times while it does.
+class Pieces : public Imf::OStream {
+ public:
+  Pieces() : OStream("memory") {}
+  void write(const char* bytes, int n) override {
+    for (std::uint64_t left = static_cast<std::uint64_t>(n); left > 0;) {
+      if (at_ / kPiece == pieces_.size()) pieces_.emplace_back(kPiece);
+      const std::uint64_t first = at_ % kPiece, part = std::min(left, kPiece - first);
+      std::copy_n(bytes, part, pieces_[at_ / kPiece].begin() + static_cast<std::ptrdiff_t>(first));
+      bytes += part, left -= part, at_ += part;
+      size_ = std::max(size_, at_);
+    }
+  }
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t position) override {
+    FT_CHECK(position <= size_, "an EXR is written over where it has been written");
+    at_ = position;
+  }
+  std::vector<FileBytes> bytes() const {
+    std::vector<FileBytes> out;
+    for (std::size_t k = 0; k < pieces_.size(); ++k)
+      out.push_back(std::as_bytes(std::span(pieces_[k])).first(std::min(kPiece, size_ - k * kPiece)));
+    return out;
+  }
+
+ private:
+  static constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;
+  std::vector<std::vector<char>> pieces_;
+  std::uint64_t at_ = 0, size_ = 0;
+};
+
+/// Gives the bytes of the file. OpenEXR writes the last of them in a destructor, which cannot say that the
 /// disk is full: so it does not write to the disk.
-std::string encode_channels(const std::vector<NamedChannel>& channels) {
+void encode_channels(const std::vector<NamedChannel>& channels, Pieces& bytes) {
   const ImageF& first = *channels.front().second;
   Imf::Header header(first.width, first.height);
   header.compression() = Imf::ZIP_COMPRESSION;
@@ -47,13 +80,9 @@ std::string encode_channels(const std::vector<NamedChannel>& channels) {
     header.channels().insert(name, Imf::Channel(Imf::FLOAT));
     frame.insert(name, float_slice(*image, header.dataWindow()));
   }
-  Imf::StdOSStream bytes;
-  {
-    Imf::OutputFile output(bytes, header);
-    output.setFrameBuffer(frame);
-    output.writePixels(first.height);
-  }
-  return bytes.str();
+  Imf::OutputFile output(bytes, header);
+  output.setFrameBuffer(frame);
+  output.writePixels(first.height);
 }
 
 using Channels = std::vector<std::pair<std::string, ImageF>>;
@@ -122,7 +151,9 @@ void write_exr(const fs::path& file, const std::vector<NamedChannel>& channels) 
     FT_CHECK(image != nullptr && !image->empty() && image->same_size(*channels.front().second),
              "channel " + name + " has another size than the first one");
   use_exr_threads();
-  write_text_file(file, encode_channels(channels));
+  Pieces pieces;
+  encode_channels(channels, pieces);
+  write_whole_file(file, pieces.bytes());
 }
 
 std::vector<std::pair<std::string, ImageF>> read_exr(const fs::path& file) {
