@@ -25,7 +25,6 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/progress.hpp"
 #include "twin/captures/measured_steps.hpp"
-#include "twin/image/freed_memory.hpp"
 
 namespace fringetwin::cosim {
 namespace {
@@ -96,7 +95,6 @@ void measure_simulated(Run& run) {
                                               run.options.use_steps);
   measure::state_method_bias(run.twin, run.noise_free, *run.simulated.measurement);
   drop_coarse_amplitudes(*run.simulated.measurement);
-  give_freed_memory_back();
   run.timer.stop();
   keep_times(run, *run.simulated.measurement, "simulated");
 }
@@ -115,7 +113,6 @@ void measure_real(Run& run, const Twin* before = nullptr) {
     real = measure::measure(run.twin, run.real.images, run.options.use_steps);
   }
   measure::state_method_bias(run.twin, run.noise_free, *real);
-  give_freed_memory_back();
   run.timer.stop();
   keep_times(run, *real, "real");
 }
@@ -240,7 +237,6 @@ Run run_cosim(const CosimRequest& asked) {
     throw;
   }
   run.noise_free = {};  // no measurement follows
-  give_freed_memory_back();
   add_to_warnings(run, doubts);
   add_brightness_warnings(run);
   add_first_warning(run, chosen.warning);

@@ -14,7 +14,6 @@
 #include "twin/base/errors.hpp"
 #include "twin/base/out_folder.hpp"
 #include "twin/base/progress.hpp"
-#include "twin/image/freed_memory.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::cosim {
@@ -81,7 +80,6 @@ void write_measured_sides(const std::filesystem::path& dir, const Run& run, cons
     measure::write_measurement(dir / name, *measurement);
     compare::write_deviation_clouds(dir / name, *measurement, all);
     write_npz_if_asked(dir / name, *measurement, extra);
-    give_freed_memory_back();
   }
 }
 
@@ -133,7 +131,6 @@ compare::Comparison compare_and_write(const std::filesystem::path& dir, Run& run
   compare::Comparison comparison = compare::compare(run.twin, run.real, run.simulated, run.options);
   run.timer.start("write");
   throw_if_cancelled();
-  give_freed_memory_back();
   begin_output(dir, {"result.json", "report.html"});
   write_measured_sides(dir, run, extra);
   run.timer.start("report");

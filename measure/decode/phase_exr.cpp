@@ -13,13 +13,21 @@
 namespace fringetwin::measure {
 namespace {
 
+template <class At>
+PhaseChannel channel_of(std::string name, const ImageF* image, const At& at) {
+  const auto copy = [at](std::size_t first, std::span<float> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = at(first + i);
+  };
+  return {.name = std::move(name), .image = image, .at = at, .copy = copy};
+}
+
 /// Returns a channel that is NaN where another image is.
 template <class T>
 PhaseChannel masked(std::string name, const ImageF& image, const Image<T>& validity) {
-  const auto at = [&image, &validity](std::size_t i) {
-    return std::isfinite(validity.data[i]) ? image.data[i] : std::numeric_limits<float>::quiet_NaN();
-  };
-  return {.name = std::move(name), .image = nullptr, .at = at};
+  return channel_of(std::move(name), nullptr,
+                    [values = image.data.data(), valid = validity.data.data()](std::size_t i) {
+                      return std::isfinite(valid[i]) ? values[i] : std::numeric_limits<float>::quiet_NaN();
+                    });
 }
 
 PhaseChannel masked_by_validity(std::string name, const ImageF& image, const DirectionDecode& d) {
@@ -28,20 +36,19 @@ PhaseChannel masked_by_validity(std::string name, const ImageF& image, const Dir
 }
 
 PhaseChannel as_it_is(std::string name, const ImageF& image) {
-  return {.name = std::move(name), .image = &image, .at = [&image](std::size_t i) { return image.data[i]; }};
+  return channel_of(std::move(name), &image,
+                    [values = image.data.data()](std::size_t i) { return values[i]; });
 }
 
 PhaseChannel to_float(std::string name, const ImageD& image) {
-  return {.name = std::move(name), .image = nullptr, .at = [&image](std::size_t i) {
-            return static_cast<float>(image.data[i]);
-          }};
+  return channel_of(std::move(name), nullptr,
+                    [values = image.data.data()](std::size_t i) { return static_cast<float>(values[i]); });
 }
 
 ImageF image_of(const PhaseChannel& channel, const CameraDecode& decode) {
   if (channel.image) return *channel.image;
   ImageF out(decode.width(), decode.height());
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < out.size(); ++i) out.data[i] = channel.at(i);
+  channel.copy(0, out.data);
   return out;
 }
 

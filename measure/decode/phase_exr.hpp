@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@ struct PhaseChannel {
   std::string name;
   const ImageF* image = nullptr;  ///< where it holds the channel as it is; else null
   std::function<float(std::size_t)> at;
+  std::function<void(std::size_t first, std::span<float> out)> copy;  ///< many values at once
 };
 std::vector<PhaseChannel> phase_channel_values(const CameraDecode& decode);
 

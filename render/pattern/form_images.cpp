@@ -270,7 +270,7 @@ std::vector<bool> plain_sums(const Twin& twin, std::size_t camera_index, const T
     if (sums.back()) sources.insert({recipe.terms.front().cosine, recipe.terms.front().sine});
   }
   const auto n_sums = static_cast<std::size_t>(std::ranges::count(sums, true));
-  return 2 * n_sums >= 3 * sources.size() ? sums : std::vector<bool>();
+  return n_sums >= 2 * sources.size() ? sums : std::vector<bool>();
 }
 
 // Drops what plain sums do not need.
