@@ -39,9 +39,7 @@ DepthMap make_depth_map(const Camera& camera, const PointCloud& cloud) {
     if (!cloud.sigma_mm.empty())  // along the ray, of which the depth is a part
       map.sigma_mm.data[i] = cloud.sigma_mm[k] * static_cast<float>(p_cam_mm.z() / p_cam_mm.norm());
   }
-  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
-  const auto a = camera.lens.unproject({cx, cy}), b = camera.lens.unproject({cx + 1, cy});
-  map.step = a && b ? (*a - *b).norm() : 1e-3;
+  map.step = lateral_step(camera.lens);
   return map;
 }
 

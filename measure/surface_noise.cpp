@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <utility>
 
-#include "twin/base/constants.hpp"
 #include "twin/base/statistics.hpp"
 
 namespace fringetwin::measure {
@@ -16,18 +14,16 @@ namespace {
 /// A vertex that lies no further than this from a pixel's middle is that pixel's.
 constexpr double kSamePixel_px = 0.01;
 
-/// Returns the lateral step to the next pixel in the middle of a camera's image per depth.
-double step_of(const Lens& lens) {
-  const double cx = 0.5 * (lens.width() - 1), cy = 0.5 * (lens.height() - 1);
-  const auto a = lens.unproject({cx, cy}), b = lens.unproject({cx + 1.0, cy});
-  return a && b ? (*a - *b).norm() : kNaN;
-}
-
 /// Returns the median over the pixels that have a value; 0 where none has.
 double median_of(const ImageF& image) {
-  std::vector<float> values;
-  std::ranges::copy_if(image.data, std::back_inserter(values), [](float v) { return !std::isnan(v); });
-  return values.empty() ? 0.0 : static_cast<double>(upper_median(values));
+  std::vector<float> values = image.data;
+  const double median = upper_median(values);  // of those that are numbers
+  return std::isnan(median) ? 0.0 : median;
+}
+
+/// Returns a camera's optical axis in the world frame.
+Eigen::Vector3d axis_of(const Camera& camera) {
+  return camera.T_cam_world.rotation.transpose() * Eigen::Vector3d::UnitZ();
 }
 
 double larger(double a, double b) { return std::abs(a) > std::abs(b) ? a : b; }
@@ -39,18 +35,23 @@ void put_larger(const ImageF& from, ImageF& to) {
 
 }  // namespace
 
+double lateral_step(const Lens& lens) {
+  const double cx = 0.5 * (lens.width() - 1), cy = 0.5 * (lens.height() - 1);
+  const auto a = lens.unproject({cx, cy}), b = lens.unproject({cx + 1.0, cy});
+  return a && b ? (*a - *b).norm() : 1e-3;
+}
+
 NoiseInView::NoiseInView(const Twin& twin, std::size_t camera, std::size_t measured_by)
-    : twin_(twin), camera_(camera) {
-  const Pose T_world_cam = twin.cameras[camera].T_cam_world.inverse(),
-             T_world_measured_by = twin.cameras[measured_by].T_cam_world.inverse();
-  camera_mm_ = T_world_cam.translation_mm, axis_ = T_world_cam.rotation * Eigen::Vector3d::UnitZ();
-  measured_by_mm_ = T_world_measured_by.translation_mm;
-  axis_measured_by_ = T_world_measured_by.rotation * Eigen::Vector3d::UnitZ();
+    : twin_(twin),
+      camera_(camera),
+      camera_mm_(twin.cameras[camera].center_world_mm()),
+      axis_(axis_of(twin.cameras[camera])),
+      measured_by_mm_(twin.cameras[measured_by].center_world_mm()),
+      axis_measured_by_(axis_of(twin.cameras[measured_by])) {
   const Lens& lens = twin.cameras[camera].lens;
   seen_.shading = ImageF(lens.width(), lens.height(), std::numeric_limits<float>::quiet_NaN());
   seen_.radius_px = depth_mm_ = seen_.shading;
-  const double ratio = step_of(twin.cameras[measured_by].lens) / step_of(lens);
-  if (std::isfinite(ratio)) px_ratio_ = ratio;
+  px_ratio_ = lateral_step(twin.cameras[measured_by].lens) / lateral_step(lens);
   for (const DirectionFringes& d : twin.fringes.directions)
     if (twin.projector) seen_.moved_px[d.axis == Axis::x ? 0 : 1] = seen_.shading;
 }

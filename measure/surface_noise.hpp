@@ -43,6 +43,10 @@ struct VertexNoise {
   double radius_px = 0.0;  ///< of its window, px of the camera that measured it
 };
 
+/// Returns the lateral step to the next pixel in the middle of a camera's image per depth; 0.001 where its
+/// lens sees nothing there.
+double lateral_step(const Lens& lens);
+
 /// Writes what one camera sees of the vertices that another one measured, or itself.
 class NoiseInView {
  public:

@@ -146,6 +146,23 @@ std::vector<CameraImages> with_known_light_out(const Twin& twin, const std::vect
   return out;
 }
 
+/// Returns the phase steps from which the first measured shape of the twin is built; others take the same.
+std::vector<int> steps_of_measured_shape(const Twin& twin) {
+  for (const Object& object : twin.objects)
+    if (const auto* measured = std::get_if<MeasuredShape>(&object.shape))
+      return built_from_steps(twin, object, *measured);
+  return {};
+}
+
+/// Returns the share of the compared steps (none named: all) that a shape was built from, too.
+double share_in(const std::vector<int>& built_from, const std::vector<int>& compared, int steps) {
+  const std::vector<int> of = compared.empty() ? measure::all_steps(steps) : compared;
+  if (of.empty()) return 1.0;  // a code alone, which is decoded whole
+  const auto both = std::ranges::count_if(
+      of, [&](int step) { return std::ranges::find(built_from, step) != built_from.end(); });
+  return static_cast<double>(both) / static_cast<double>(of.size());
+}
+
 }  // namespace
 
 bool has_measured_shape(const Twin& twin) {
@@ -183,27 +200,6 @@ std::optional<measure::SurfaceNoise> build_measured_shapes(Twin& twin, const std
   }
   return noise;
 }
-
-namespace {
-
-/// Returns the phase steps from which the first measured shape of the twin is built; others take the same.
-std::vector<int> steps_of_measured_shape(const Twin& twin) {
-  for (const Object& object : twin.objects)
-    if (const auto* measured = std::get_if<MeasuredShape>(&object.shape))
-      return built_from_steps(twin, object, *measured);
-  return {};
-}
-
-/// Returns the share of the compared steps (none named: all) that a shape was built from, too.
-double share_in(const std::vector<int>& built_from, const std::vector<int>& compared, int steps) {
-  const std::vector<int> of = compared.empty() ? measure::all_steps(steps) : compared;
-  if (of.empty()) return 1.0;  // a code alone, which is decoded whole
-  const auto both = std::ranges::count_if(
-      of, [&](int step) { return std::ranges::find(built_from, step) != built_from.end(); });
-  return static_cast<double>(both) / static_cast<double>(of.size());
-}
-
-}  // namespace
 
 std::shared_ptr<const compare::ShapeNoise> build_compared_shapes(Twin& twin,
                                                                  const std::vector<CameraImages>& real,
