@@ -207,8 +207,8 @@ std::shared_ptr<const compare::ShapeNoise> build_compared_shapes(Twin& twin,
   const std::vector<int> built_from = steps_of_measured_shape(twin);
   auto noise = build_measured_shapes(twin, real);
   if (!noise) return nullptr;
-  return std::make_shared<const compare::ShapeNoise>(std::move(*noise),
-                                                     share_in(built_from, compared, twin.fringes.steps));
+  return std::make_shared<const compare::ShapeNoise>(compare::ShapeNoise{
+      .surface = std::move(*noise), .steps_in_shape = share_in(built_from, compared, twin.fringes.steps)});
 }
 
 }  // namespace fringetwin::cosim
