@@ -35,6 +35,7 @@
 #include "compare/verdict/indicators.hpp"
 #include "compare/verdict/limits.hpp"
 #include "compare/verdict/rig_budget.hpp"
+#include "compare/verdict/smoothed_shape.hpp"
 #include "twin/base/parallel.hpp"
 #include "twin/captures/measured_steps.hpp"
 
@@ -487,7 +488,9 @@ Comparison compare(const Twin& twin, const Side& real, const Side& simulated, co
   Comparison out = std::move(judged.comparison);
   std::ranges::move(warnings, std::back_inserter(out.warnings));
   out.shows_other_fringes = options.shows_other_fringes || judged.is_far_off;
-  look_for_causes(twin, options, std::move(judged.samples), out.shows_other_fringes, out);
+  out.smooths_a_form_away = doubt_smoothing(options.shape_noise.get(), out.explained, out.warnings);
+  if (!out.smooths_a_form_away)
+    look_for_causes(twin, options, std::move(judged.samples), out.shows_other_fringes, out);
   out.limits = check_limits(twin.limits, out);
   for (const LimitRow& row : out.limits)
     if (row.value != row.value)

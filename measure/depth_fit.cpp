@@ -15,7 +15,6 @@
 namespace fringetwin::measure {
 namespace {
 
-constexpr double kSteepest = 6.0;        ///< depth over lateral step of neighbours on one surface
 constexpr double kJoinSigmas = 6.0;      ///< of the noise, besides
 constexpr double kFilledFraction = 0.7;  ///< of the window that must be known to fill a missing pixel
 constexpr double kLeastRcond = 1e-8;     ///< of normal equations that tell their solution
@@ -112,6 +111,7 @@ DepthFit fit_polynomial(const std::vector<WindowPixel>& pixels, double smallest_
   return {.inverse_depth = solution[0],
           .slope_x = solution[1],
           .slope_y = solution[2],
+          .curvature = Terms == 6 ? 2.0 * (solution[Terms - 3] + solution[Terms - 1]) : 0.0,
           .leverage = static_cast<float>(inverse(0, 0)),
           .slope_xx = static_cast<float>(inverse(1, 1)),
           .slope_xy = static_cast<float>(inverse(1, 2)),

@@ -14,9 +14,10 @@ inline constexpr int kQuadraticPoints = 10, kPlanePoints = 5;
 
 /// The depths that one camera's pixels measured.
 struct DepthMap {
-  ImageD z_mm;        ///< along the optical axis, NaN = unknown
-  ImageF sigma_mm;    ///< its noise; 0, or no number: unknown
-  double step = 0.0;  ///< lateral step to the next pixel per mm of depth
+  ImageD z_mm;                              ///< along the optical axis, NaN = unknown
+  ImageF sigma_mm;                          ///< its noise; 0, or no number: unknown
+  double step = 0.0;                        ///< lateral step to the next pixel per mm of depth
+  static constexpr double kSteepest = 6.0;  ///< depth over lateral step of neighbours on one surface
   /// Returns by how much depths so many pixels apart may differ on one surface, over the depth.
   double steepest(double pixels) const;
   /// Returns whether the two depths, `pixels` apart, may lie on one surface.
@@ -29,6 +30,7 @@ struct DepthFit {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   double inverse_depth = kUnknown;                ///< 1/mm; NaN: no surface here
   double slope_x = kUnknown, slope_y = kUnknown;  ///< 1/mm per px; NaN: too few pixels around to tell
+  double curvature = 0.0;  ///< sum of both second derivatives, 1/mm per px^2; 0 of a plane
   /// Variance of inverse_depth over that of the pixel's own: more of it is left of a quiet pixel among noisy
   /// ones than of a noisy one among quiet ones. Of a pixel that has no depth or states no noise: over one
   /// over the mean of 1/variance in its window; where none states any, over that which all share.
@@ -63,6 +65,14 @@ struct InverseDepths {
 
   explicit InverseDepths(const DepthMap& map);
 };
+
+inline constexpr double kWider = 1.41;  ///< of the radius from one window to the next
+/// Returns what windows kWider times as wide as those of the fits tell: what differs beyond the noise of both
+/// is what the windows smooth away, since bias grows with the window. A window that grew beyond smoothing_px
+/// stopped where a wider one tells another surface, which says nothing of it: it has one as much narrower.
+/// Unknown where a window tells no quadratic, where half of the other one is missing, or where that reaches a
+/// step of the map.
+Image<DepthFit> other_fits(const DepthMap& map, double smoothing_px, const Image<DepthFit>& fits);
 
 /// Lets windows grow as fit_depths() says, from what is fitted with smoothing_px.
 void grow_windows(const InverseDepths& depths, double smoothing_px, double most_smoothing_px,

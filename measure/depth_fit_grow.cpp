@@ -18,11 +18,13 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr int kTile = 128;              ///< px: side of what one thread works on
-constexpr double kGrowth = 1.41;        ///< of the radius from one window to the next
+constexpr double kGrowth = kWider;      ///< of the radius from one window to the next
 constexpr double kAgree = 3.0;          ///< standard errors: intervals of so much must meet
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
+constexpr double kHalfKnown = 0.5;      ///< the same, of one that is held against another
 /// Inverse depths above the least of a tile as whole numbers below 2^28, weights below 2^8: times the square
-/// of a place in a tile (2^16) and added up over its row (2^8), 2^60.
+/// of a place in a tile with what windows reach beside it (270 px at most, 2^16.2) and added up over its row
+/// (2^8.1), below 2^61.
 constexpr double kWhole = 268435456.0, kMostWeight = 255.0;
 constexpr double kSureFraction = 0.9;  ///< of a tile's pixels have less than the most weight
 
@@ -182,6 +184,7 @@ DepthFit quadratic(const WindowSums& sums, int radius, const Tile& tile, double 
   return {.inverse_depth = tile.depth_of(solution[0]),
           .slope_x = tile.slope_of(solution[1] * per[1]),
           .slope_y = tile.slope_of(solution[2] * per[1]),
+          .curvature = tile.slope_of(2.0 * (solution[3] + solution[5]) * per[2]),
           .leverage = static_cast<float>(inverse(0, 0) * relative),
           .slope_xx = static_cast<float>(inverse(1, 1) * per[2] * relative),
           .slope_xy = static_cast<float>(inverse(1, 2) * per[2] * relative),
@@ -214,47 +217,122 @@ struct Allowed {
   }
 };
 
-}  // namespace
+/// Returns how many pixels a disc has.
+double pixels_of(const std::vector<int>& half) {
+  double pixels = 0.0;
+  for (std::size_t dy = 0; dy < half.size(); ++dy) pixels += (dy == 0 ? 1.0 : 2.0) * (2.0 * half[dy] + 1.0);
+  return pixels;
+}
 
-void grow_windows(const InverseDepths& depths, double smoothing_px, double most_smoothing_px,
-                  Image<DepthFit>& fits) {
-  std::vector<std::vector<int>> discs;
-  std::vector<double> pixels;
-  for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth) {
-    discs.push_back(half_widths(static_cast<int>(std::lround(std::min(r, most_smoothing_px)))));
-    pixels.push_back(0.0);
-    for (std::size_t dy = 0; dy < discs.back().size(); ++dy)
-      pixels.back() += (dy == 0 ? 1.0 : 2.0) * (2.0 * discs.back()[dy] + 1.0);
-  }
-  if (discs.empty()) return;
-  const int reach = static_cast<int>(discs.back().size()) - 1;
+/// Calls visit(tile, x, y) for the pixels that have a fit with slopes and a depth whose noise is stated, in
+/// parallel by tiles, whose windows reach so far.
+template <class Visit>
+void for_fitted_pixels(const InverseDepths& depths, const Image<DepthFit>& fits, int reach,
+                       const Visit& visit) {
   const int across = (fits.width + kTile - 1) / kTile, down = (fits.height + kTile - 1) / kTile;
+  const auto is_fitted = [&](int x, int y) {
+    return std::isfinite(fits(x, y).slope_x) && depths.certainty(x, y) > 0.0F;
+  };
 #pragma omp parallel for schedule(dynamic)
   for (int t = 0; t < across * down; ++t) {
     const int x0 = t % across * kTile, y0 = t / across * kTile;
     const int x1 = std::min(x0 + kTile, fits.width), y1 = std::min(y0 + kTile, fits.height);
     bool any = false;
     for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) any = any || fits(x, y).slope_x == fits(x, y).slope_x;
+      for (int x = x0; x < x1; ++x) any = any || is_fitted(x, y);
     if (!any) continue;
     const Tile tile(depths, x0, y0, reach);
     for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        DepthFit& best = fits(x, y);
-        const auto certainty = static_cast<double>(depths.certainty(x, y));
-        if (!std::isfinite(best.slope_x) || !(certainty > 0.0)) continue;
-        const double variance = 1.0 / (certainty * certainty);
-        Allowed allowed;
-        allowed.narrow(best, variance);
-        for (std::size_t k = 0; k < discs.size(); ++k) {
-          const WindowSums sums = tile.window(x, y, discs[k]);
-          if (static_cast<double>(sums.pixels) < kKnownFraction * pixels[k]) break;
-          const DepthFit fit = quadratic(sums, static_cast<int>(discs[k].size()) - 1, tile, variance);
-          if (!fit.known() || !allowed.narrow(fit, variance)) break;
-          best = fit;
-        }
-      }
+      for (int x = x0; x < x1; ++x)
+        if (is_fitted(x, y)) visit(tile, x, y);
   }
+}
+
+/// Returns the radius of the window that a fit is held against, whole px; 0: none.
+int other_radius_px(const DepthFit& fit, double smoothing_px) {
+  constexpr double kLeast = 2.0;  // that tells a quadratic
+  const auto radius_px = static_cast<double>(fit.radius_px);
+  if (radius_px < kLeast) return 0;
+  const bool has_grown = fit.radius_px > static_cast<float>(smoothing_px);
+  const int other = static_cast<int>(std::lround(has_grown ? radius_px / kWider : radius_px * kWider));
+  return has_grown && (other < kLeast || other >= radius_px) ? 0 : other;
+}
+
+/// Counts of the pixels up to a place whose neighbours to the right or below lie on another surface.
+class StepsOfMap {
+ public:
+  explicit StepsOfMap(const DepthMap& map) : counts_(map.z_mm.width + 1, map.z_mm.height + 1, 0) {
+    const ImageD& z_mm = map.z_mm;
+    const auto is_step = [&](int x, int y, int right, int below) {
+      if (x + right >= z_mm.width || y + below >= z_mm.height) return false;
+      const double z = z_mm(x, y), other = z_mm(x + right, y + below);
+      const auto sigma_mm =
+          static_cast<double>(std::max(map.sigma_mm(x, y), map.sigma_mm(x + right, y + below)));
+      return std::isfinite(z) && std::isfinite(other) && !map.joined(z, other, 1.0, sigma_mm);
+    };
+    for (int y = 0; y < z_mm.height; ++y)
+      for (int x = 0; x < z_mm.width; ++x)
+        counts_(x + 1, y + 1) = counts_(x, y + 1) + counts_(x + 1, y) - counts_(x, y) +
+                                (is_step(x, y, 1, 0) || is_step(x, y, 0, 1) ? 1 : 0);
+  }
+
+  bool any_around(int x, int y, int reach) const {
+    const int x0 = std::max(0, x - reach - 1), y0 = std::max(0, y - reach - 1),
+              x1 = std::min(counts_.width - 1, x + reach + 1),
+              y1 = std::min(counts_.height - 1, y + reach + 1);
+    return counts_(x1, y1) - counts_(x0, y1) - counts_(x1, y0) + counts_(x0, y0) > 0;
+  }
+
+ private:
+  Image<int> counts_;
+};
+
+}  // namespace
+
+void grow_windows(const InverseDepths& depths, double smoothing_px, double most_smoothing_px,
+                  Image<DepthFit>& fits) {
+  std::vector<std::vector<int>> discs;
+  for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth) {
+    discs.push_back(half_widths(static_cast<int>(std::lround(std::min(r, most_smoothing_px)))));
+  }
+  if (discs.empty()) return;
+  const int reach = static_cast<int>(discs.back().size()) - 1;
+  for_fitted_pixels(depths, fits, reach, [&](const Tile& tile, int x, int y) {
+    DepthFit& best = fits(x, y);
+    const auto certainty = static_cast<double>(depths.certainty(x, y));
+    const double variance = 1.0 / (certainty * certainty);
+    Allowed allowed;
+    allowed.narrow(best, variance);
+    for (const std::vector<int>& disc : discs) {
+      const WindowSums sums = tile.window(x, y, disc);
+      if (static_cast<double>(sums.pixels) < kKnownFraction * pixels_of(disc)) break;
+      const DepthFit fit = quadratic(sums, static_cast<int>(disc.size()) - 1, tile, variance);
+      if (!fit.known() || !allowed.narrow(fit, variance)) break;
+      best = fit;
+    }
+  });
+}
+
+Image<DepthFit> other_fits(const DepthMap& map, double smoothing_px, const Image<DepthFit>& fits) {
+  Image<DepthFit> out(fits.width, fits.height, DepthFit{});
+  int reach = 0;
+  for (const DepthFit& fit : fits.data) reach = std::max(reach, other_radius_px(fit, smoothing_px));
+  if (reach == 0) return out;
+  std::vector<std::vector<int>> discs;  // by radius
+  for (int radius = 0; radius <= reach; ++radius) discs.push_back(half_widths(radius));
+  const InverseDepths depths(map);
+  const StepsOfMap steps(map);
+  for_fitted_pixels(depths, fits, reach, [&](const Tile& tile, int x, int y) {
+    const int radius = other_radius_px(fits(x, y), smoothing_px);
+    if (radius == 0 || steps.any_around(x, y, radius)) return;
+    const std::vector<int>& disc = discs[static_cast<std::size_t>(radius)];
+    const WindowSums sums = tile.window(x, y, disc);
+    if (static_cast<double>(sums.pixels) < kHalfKnown * pixels_of(disc)) return;
+    const auto certainty = static_cast<double>(depths.certainty(x, y));
+    const DepthFit fit = quadratic(sums, radius, tile, 1.0 / (certainty * certainty));
+    if (fit.known() && fit.inverse_depth > 0.0) out(x, y) = fit;
+  });
+  return out;
 }
 
 }  // namespace fringetwin::measure

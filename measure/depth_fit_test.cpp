@@ -111,6 +111,78 @@ TEST(DepthFit, StepsAndCreasesStayWhereTheyAre) {
     }
 }
 
+/// Mean squares of what other windows tell, over what the noise of both windows makes.
+struct Differences {
+  double value = 0.0, slope = 0.0, n = 0.0;
+};
+Differences differences_of(const DepthMap& map, double most_px, double noise) {
+  const Image<DepthFit> fits = fit_depths(map, 4.0, most_px), others = other_fits(map, 4.0, fits);
+  Differences out;
+  for (int y = 20; y < kSize - 20; ++y)
+    for (int x = 20; x < kSize - 20; ++x) {
+      const DepthFit &fit = fits(x, y), &other = others(x, y);
+      if (!other.known()) continue;
+      out.value += std::pow((other.inverse_depth - fit.inverse_depth) / noise, 2) /
+                   std::abs(static_cast<double>(other.leverage - fit.leverage));
+      out.slope += std::pow((other.slope_x - fit.slope_x) / noise, 2) /
+                   std::abs(static_cast<double>(other.slope_xx - fit.slope_xx));
+      out.n += 1.0;
+    }
+  out.value /= out.n, out.slope /= out.n;
+  return out;
+}
+
+// The least squares of a window and of one around it: the variance of what they differ in is the difference
+// of theirs.
+TEST(DepthFit, OtherWindowsTellTheSameOfAQuadratic) {
+  constexpr double kNoise = 2e-7, kOfVariance = 0.15;
+  for (const double most_px : {4.0, 12.0}) {
+    Differences mean;
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      const Differences d = differences_of(map_of(bowl, kNoise, seed), most_px, kNoise);
+      mean.value += 0.25 * d.value, mean.slope += 0.25 * d.slope, mean.n += d.n;
+    }
+    std::printf(
+        "depth fit: up to %.0f px, difference to other windows over its noise: value %.3f, slope %.3f\n",
+        most_px, mean.value, mean.slope);
+    EXPECT_EQ(mean.n, 4.0 * (kSize - 40) * (kSize - 40));
+    EXPECT_NEAR(mean.value, 1.0, kOfVariance);
+    EXPECT_NEAR(mean.slope, 1.0, kOfVariance);
+  }
+}
+
+// A wave without noise: wider windows flatten its slopes by k^2 (r'^2 - r^2) / 12 more, as least squares over
+// discs do, to the next order.
+TEST(DepthFit, WiderWindowsSeeWhatIsSmoothedAway) {
+  constexpr double kSize2 = 1e-6, kPerPx = 2.0 * std::numbers::pi / 40.0, kNoise = 1e-8;
+  const auto wave = [](int x, int) { return kSize2 * std::sin(kPerPx * x); };
+  DepthMap map = map_of(wave, 0.0, 1);
+  for (float& sigma : map.sigma_mm.data) sigma = static_cast<float>(kNoise * 800.0 * 800.0);
+  const Image<DepthFit> fits = fit_depths(map, 4.0, 4.0), others = other_fits(map, 4.0, fits);
+  const int x = 80;  // where it is steepest: sin(0) after two periods
+  const double slope = kSize2 * kPerPx, flattened = kPerPx * kPerPx * (36.0 - 16.0) / 12.0;
+  EXPECT_EQ(others(x, 60).radius_px, 6.0F);
+  EXPECT_NEAR((fits(x, 60).slope_x - others(x, 60).slope_x) / slope / flattened, 1.0, 0.1);
+}
+
+// A step of 20 mm tells nothing of the surfaces beside it; a window that has grown is held against a narrower
+// one, and one that has not against a wider one, whatever its radius rounds to.
+TEST(DepthFit, OtherWindowsReachNoStep) {
+  constexpr double kNoise = 2e-7;
+  constexpr int kEdge = 64;
+  DepthMap map = map_of([](int x, int) { return x < kEdge ? 0.0 : 1.0 / 780.0 - 1.0 / 800.0; }, kNoise, 3);
+  const Image<DepthFit> fits = fit_depths(map, 4.0, 4.0), others = other_fits(map, 4.0, fits);
+  for (int x = kEdge - 8; x < kEdge + 8; ++x)
+    EXPECT_EQ(others(x, 60).known(), x < kEdge - 7 || x > kEdge + 6) << x;
+  for (const double radius_px : {2.2, 3.4}) {
+    const Image<DepthFit> plain = fit_depths(map, radius_px, 0.0);
+    EXPECT_GT(other_fits(map, radius_px, plain)(20, 60).radius_px, radius_px) << radius_px;
+  }
+  const Image<DepthFit> grown = fit_depths(map, 4.0, 12.0);
+  EXPECT_GT(grown(20, 60).radius_px, 4.0F);
+  EXPECT_LT(other_fits(map, 4.0, grown)(20, 60).radius_px, grown(20, 60).radius_px);
+}
+
 TEST(DepthFit, AQuadraticIsToldExactly) {
   const Image<DepthFit> fits = fit_depths(map_of(bowl, 1e-12, 5), 4.0, 16.0);
   for (int y = 20; y < kSize - 20; y += 11)

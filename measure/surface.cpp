@@ -104,6 +104,10 @@ struct NormalOfFit {
              fit.inverse_depth * at.along_x.cross(at.along_y);
   }
 
+  double cosine(const Eigen::Vector3d& to_light) const {
+    return normal.dot(to_light) / (normal.norm() * to_light.norm());
+  }
+
   /// Returns the relative variance of the cosine between the normal and a direction, per variance of the
   /// pixel's own inverse depth.
   double shading_variance(const DepthFit& fit, const Eigen::Vector3d& to_light) const {
@@ -124,6 +128,17 @@ double variance_shared(const Twin& twin) {
   return 2.0 / (1.0 + CoordinateMap::mean_noise_gain_sq());
 }
 
+/// Of a mesh that goes evenly from vertex to vertex, a pixel each, the mean over a pixel is
+/// vertex + kBends (second derivatives): weights of 1/8, 3/4, 1/8 along each axis.
+constexpr double kBends = 0.125;
+
+/// Returns the inverse depth of the vertex with which the mean over its pixel is what was fitted.
+double vertex_of(const DepthFit& fit) {
+  constexpr double kMostBent = 0.1;  // of the depth: what bends more is no surface, but few points
+  const double bend = kBends * fit.curvature;
+  return fit.inverse_depth - (std::abs(bend) < kMostBent * fit.inverse_depth ? bend : 0.0);
+}
+
 /// Collects the vertices of a surface, a pixel each, and what noise they have.
 class Vertices {
  public:
@@ -139,16 +154,16 @@ class Vertices {
       light_mm_ = T_world_cam_.inverse() * twin.projector->T_proj_world.inverse() * Eigen::Vector3d::Zero();
   }
 
-  /// Adds a vertex, of a pixel of the image or of the frame around it. Returns its index, -1 where the lens
-  /// sees no such pixel.
-  int add(int x, int y, const DepthFit& fit) {
+  /// Adds a vertex, of a pixel of the image or of the frame around it, with what another window says of it
+  /// (other_fits()). Returns its index, -1 where the lens sees no such pixel.
+  int add(int x, int y, const DepthFit& fit, const DepthFit& other) {
     const auto at = ray_of_pixel(lens_, {static_cast<double>(x), static_cast<double>(y)});
     if (!at) return -1;
-    const Eigen::Vector3d p_cam_mm = at->ray / fit.inverse_depth;
+    const Eigen::Vector3d p_cam_mm = at->ray / vertex_of(fit);
     Eigen::Vector3d normal_world = Eigen::Vector3d::Constant(std::nan(""));
     const NormalOfFit normal(*at, fit);
     if (std::isfinite(fit.slope_x)) normal_world = T_world_cam_.rotation * normal.normal.normalized();
-    note_noise(x, y, fit, normal, p_cam_mm);
+    note_noise(x, y, fit, other, *at, p_cam_mm);
     mesh_->vertices_mm.push_back((T_world_cam_ * p_cam_mm).cast<float>());
     normals_.push_back(normal_world.cast<float>());
     return static_cast<int>(mesh_->vertices_mm.size()) - 1;
@@ -171,7 +186,7 @@ class Vertices {
   }
 
  private:
-  void note_noise(int x, int y, const DepthFit& fit, const NormalOfFit& normal,
+  void note_noise(int x, int y, const DepthFit& fit, const DepthFit& other, const RayOfPixel& at,
                   const Eigen::Vector3d& p_cam_mm) {
     const bool is_beyond = x < 0 || y < 0 || x >= map_.z_mm.width || y >= map_.z_mm.height;
     if (is_beyond || !std::isfinite(map_.z_mm(x, y))) return;
@@ -184,7 +199,8 @@ class Vertices {
     radius_px_ += static_cast<double>(fit.radius_px);
     ++n_;
     if (!(own_sigma > 0.0)) return;  // not known: as the median of the others
-    const VertexNoise vertex{
+    const NormalOfFit normal(at, fit);
+    VertexNoise vertex{
         .p_mm = T_world_cam_ * p_cam_mm,
         // nothing is known of a window of one pixel: it faces the camera
         .normal =
@@ -194,15 +210,39 @@ class Vertices {
         .shading = light_mm_ ? shared_ * own_sigma * shading_per_sigma(fit, normal, *light_mm_ - p_cam_mm)
                              : DepthFit::kUnknown,
         .radius_px = fit.radius_px};
+    if (other.known()) note_smoothing(fit, other, at, p_cam_mm, shared_ * own_sigma, vertex);
     for (std::size_t c = 0; c < seen_.size(); ++c)
       seen_[c].add(vertex, c == camera_ ? std::optional<Eigen::Vector2d>({x, y}) : std::nullopt);
+  }
+
+  /// Writes what smoothing has changed, which is taken to grow as the square of a window's radius: what two
+  /// windows tell otherwise, over by how much that square differs. Of nested windows the variance of the
+  /// difference is the difference of the variances.
+  void note_smoothing(const DepthFit& fit, const DepthFit& other, const RayOfPixel& at,
+                      const Eigen::Vector3d& p_cam_mm, double own_sigma, VertexNoise& vertex) const {
+    const double per_difference =
+        1.0 / (std::pow(static_cast<double>(other.radius_px / fit.radius_px), 2) - 1.0);
+    const auto smoothed = [&](double difference, double variance, double other_variance) {
+      return Smoothed{difference, own_sigma * std::sqrt(std::abs(other_variance - variance))}.times(
+          per_difference);
+    };
+    const double z2 = p_cam_mm.z() * p_cam_mm.z();  // of a depth per inverse depth
+    vertex.smoothed_depth_mm =
+        smoothed(1.0 / other.inverse_depth - 1.0 / fit.inverse_depth,
+                 z2 * z2 * static_cast<double>(fit.leverage), z2 * z2 * static_cast<double>(other.leverage));
+    if (!light_mm_ || !std::isfinite(vertex.shading)) return;
+    const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
+    const NormalOfFit normal(at, fit);
+    const double changed = NormalOfFit(at, other).cosine(to_light) / normal.cosine(to_light) - 1.0;
+    if (std::abs(changed) < kMostChanged)
+      vertex.smoothed_shading =
+          smoothed(changed, normal.shading_variance(fit, to_light), normal.shading_variance(other, to_light));
   }
 
   /// Returns the relative error of the light that a pixel catches per error of its own inverse depth; NaN
   /// where it catches hardly any.
   double shading_per_sigma(const DepthFit& fit, const NormalOfFit& normal, const Eigen::Vector3d& to_light) {
-    const double cosine = normal.normal.dot(to_light) / (normal.normal.norm() * to_light.norm());
-    if (!(cosine > kLeastCosine)) return DepthFit::kUnknown;
+    if (!(normal.cosine(to_light) > kLeastCosine)) return DepthFit::kUnknown;
     return std::sqrt(share_in_pixel(fit.radius_px).slope * normal.shading_variance(fit, to_light));
   }
 
@@ -212,6 +252,7 @@ class Vertices {
     return it->second;
   }
 
+  static constexpr double kMostChanged = 0.5;  ///< of a light: beyond, nothing is linear
   static constexpr double kLeastCosine = 0.1;  ///< of the normal and the light: flatter ones have hardly any
   std::size_t camera_;
   const Lens& lens_;
@@ -251,13 +292,14 @@ DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int 
     }
   DepthFit out;
   if (!nearest) return out;
-  double inverse_depth = 0.0, slope_x = 0.0, slope_y = 0.0, joined = 0.0;
+  double inverse_depth = 0.0, slope_x = 0.0, slope_y = 0.0, curvature = 0.0, joined = 0.0;
   for (std::size_t k = 0; k < n; ++k) {
     const auto& [fit, dx, dy] = around[k];
     if (!map.joined(1.0 / nearest->inverse_depth, 1.0 / fit->inverse_depth, 2.0, 0.0)) continue;
     inverse_depth += fit->inverse_depth + fit->slope_x * dx + fit->slope_y * dy;
     slope_x += fit->slope_x;
     slope_y += fit->slope_y;
+    curvature += fit->curvature;
     joined += 1.0;
   }
   if (!(inverse_depth > 0.0)) return out;
@@ -266,6 +308,7 @@ DepthFit continued(const DepthMap& map, const Image<DepthFit>& fits, int x, int 
   out.inverse_depth = inverse_depth / joined;
   out.slope_x = slope_x / joined;
   out.slope_y = slope_y / joined;
+  out.curvature = curvature / joined;
   return out;
 }
 
@@ -282,20 +325,23 @@ Image<DepthFit> with_frame(const Image<DepthFit>& fits) {
 PixelShares shares_in_pixel(double radius_px) {
   constexpr std::array kOfVertices{0.125, 0.75, 0.125};  // in a pixel's mean, along an axis
   const std::vector<WindowOffset> window = window_of(radius_px);
-  // A quadratic's value in the middle gives each point a weight 1 - curved (dx^2 + dy^2), but for a factor:
-  // of what is fitted, only that cannot be told from a curvature. Its slope along x gives it dx.
-  double squares = 0.0, fourths = 0.0;
+  // Of a quadratic, only what goes as r^2 = dx^2 + dy^2 cannot be told from the value in the middle: with a +
+  // b r^2, a has a point's weight fourths - squares r^2 and b, a quarter of the curvature, count r^2 -
+  // squares, but for a factor. The slope along x has the weight dx.
+  double count = 0.0, squares = 0.0, fourths = 0.0;
   for (const WindowOffset& o : window) {
-    squares += o.dx * o.dx;
-    fourths += o.dx * o.dx * (o.dx * o.dx + o.dy * o.dy);
+    const double r2 = o.dx * o.dx + o.dy * o.dy;
+    count += 1.0, squares += r2, fourths += r2 * r2;
   }
-  const double curved = window.size() < static_cast<std::size_t>(kQuadraticPoints) ? 0.0 : squares / fourths;
+  const bool is_quadratic = window.size() >= static_cast<std::size_t>(kQuadraticPoints);
   const int r = static_cast<int>(radius_px) + 1, size = 2 * r + 1;
   ImageD depth(size, size, 0.0), slope(size, size, 0.0);  // what each point adds to the pixel's mean
   PixelShares own{0.0, 0.0}, mean{0.0, 0.0};
   for (const WindowOffset& o : window) {
-    const double in_depth = 1.0 - curved * (o.dx * o.dx + o.dy * o.dy), in_slope = o.dx;
-    own.depth += in_depth * in_depth, own.slope += in_slope * in_slope;
+    const double r2 = o.dx * o.dx + o.dy * o.dy, in_slope = o.dx;
+    const double in_value = is_quadratic ? fourths - squares * r2 : 1.0,
+                 in_depth = is_quadratic ? in_value - kBends * 4.0 * (count * r2 - squares) : 1.0;
+    own.depth += in_value * in_value, own.slope += in_slope * in_slope;
     for (int v = -1; v <= 1; ++v)
       for (int u = -1; u <= 1; ++u) {
         const double of_vertex = kOfVertices[u + 1] * kOfVertices[v + 1];
@@ -316,7 +362,9 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
     throw UserError(ExitCode::usage, twin.file.string(), "smoothing_px must lie between 0 and 50");
   const Camera& cam = twin.cameras[camera];
   const DepthMap map = make_depth_map(cam, cloud);
-  Image<DepthFit> fits = with_frame(fit_depths(map, shape.smoothing_px, shape.most_smoothing_px));
+  const Image<DepthFit> measured = fit_depths(map, shape.smoothing_px, shape.most_smoothing_px),
+                        others = other_fits(map, shape.smoothing_px, measured);
+  Image<DepthFit> fits = with_frame(measured);
   ImageD anchor_mm(fits.width, fits.height, DepthFit::kUnknown);
   std::vector<std::pair<std::size_t, DepthFit>> beyond;  // entered when all have looked at what is measured
   for (int y = 0; y < fits.height; ++y)
@@ -331,10 +379,14 @@ MeasuredSurface build_surface(const Twin& twin, std::size_t camera, const PointC
   Image<int> vertex(width, height, -1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      if (fits(x, y).known()) vertex(x, y) = vertices.add(x - kFrame, y - kFrame, fits(x, y));
+      if (fits(x, y).known()) {
+        const int px = x - kFrame, py = y - kFrame;
+        const bool is_beyond = px < 0 || py < 0 || px >= others.width || py >= others.height;
+        vertex(x, y) = vertices.add(px, py, fits(x, y), is_beyond ? DepthFit{} : others(px, py));
+      }
   DepthMap fitted{ImageD(width, height, DepthFit::kUnknown), {}, map.step};
   for (std::size_t i = 0; i < fits.size(); ++i)
-    if (fits.data[i].known()) fitted.z_mm.data[i] = 1.0 / fits.data[i].inverse_depth;
+    if (fits.data[i].known()) fitted.z_mm.data[i] = 1.0 / vertex_of(fits.data[i]);
   std::vector<std::array<int, 3>> triangles;
   for (int y = 0; y + 1 < height; ++y)
     for (int x = 0; x + 1 < width; ++x) add_cell(fitted, anchor_mm, vertex, x, y, triangles);

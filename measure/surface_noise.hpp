@@ -5,6 +5,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -14,6 +15,19 @@
 
 namespace fringetwin::measure {
 
+/// What windows have smoothed away of a number, as windows of another size tell it (depth_fit.hpp), and the
+/// standard error of that. 0: not known.
+struct Smoothed {
+  double value = 0.0, noise = 0.0;
+  Smoothed times(double factor) const { return {factor * value, std::abs(factor) * noise}; }
+};
+/// The same of the pixels of a camera.
+struct SmoothedInView {
+  ImageF value, noise;
+  void set_size(const Lens& lens);
+  void put(int x, int y, const Smoothed& smoothed);
+};
+
 /// What noise a camera's pixels see in a surface; NaN where they see no vertex.
 struct SurfaceNoiseInView {
   ImageF shading;  ///< relative standard error of the projector's light; NaN, too, where it does not shine
@@ -21,6 +35,10 @@ struct SurfaceNoiseInView {
   /// when the surface lies further away by its standard error. Empty without a projector, and where no
   /// fringes vary along the axis.
   std::array<ImageF, 2> moved_px;
+  /// By how much smoothing has changed the projector's light, relative, and the place on the projector that
+  /// lights the pixel, px along columns and along rows.
+  SmoothedInView smoothed_shading;
+  std::array<SmoothedInView, 2> smoothed_px;
   /// Of the window that the vertex was fitted to, in this camera's px: neighbours within share their errors.
   ImageF radius_px;
   double median_shading = 0.0;
@@ -39,7 +57,8 @@ struct VertexNoise {
   Eigen::Vector3d p_mm, normal;  ///< the normal of any length
   /// Standard error of the mean over a pixel, along the axis of the camera that measured it.
   double depth_mm = 0.0;
-  double shading = 0.0;    ///< relative, of the projector's light; NaN where it does not shine
+  double shading = 0.0;  ///< relative, of the projector's light; NaN where it does not shine
+  Smoothed smoothed_depth_mm = {}, smoothed_shading = {};
   double radius_px = 0.0;  ///< of its window, px of the camera that measured it
 };
 
@@ -53,21 +72,28 @@ class NoiseInView {
   NoiseInView(const Twin& twin, std::size_t camera, std::size_t measured_by);
 
   /// Writes a vertex into the pixel that sees it, or the four around where it lies between pixels, unless
-  /// what they have is nearer to the camera. `q_px`: where the camera sees it, if that is known.
+  /// what they have hides it or, on the same surface, lies nearer to the pixel's middle. `q_px`: where the
+  /// camera sees it, if that is known.
   void add(const VertexNoise& vertex, std::optional<Eigen::Vector2d> q_px = {});
 
   /// Returns what was written, with its medians.
   SurfaceNoiseInView finish() &&;
 
  private:
-  /// Returns by how much the place that lights the vertex moves, px along columns and rows.
-  Eigen::Vector2d moved_px(const VertexNoise& vertex) const;
+  /// Returns whether a vertex at this depth, so far from a pixel's middle, takes the place of what it has.
+  bool is_nearer(double depth_mm, double off_px, int x, int y) const;
+  /// Returns how far this camera's ray goes on, mm in the world frame, until it meets the surface when that
+  /// lies further away by 1 mm of depth of the camera that measured it.
+  Eigen::Vector3d further_mm_per_mm(const VertexNoise& vertex) const;
+  /// Returns by how much the place that lights the vertex moves then, px along columns and rows.
+  Eigen::Vector2d moved_px_per_mm(const VertexNoise& vertex, const Eigen::Vector3d& further) const;
 
   const Twin& twin_;
   std::size_t camera_;
   Eigen::Vector3d camera_mm_, axis_, measured_by_mm_, axis_measured_by_;  ///< places and axes, world frame
   double px_ratio_ = 1.0;  ///< px of this camera per length at a depth, over those of the one that measured
-  ImageF depth_mm_;        ///< of what is written
+  double same_surface_ = 0.0;  ///< by which depths on one surface may differ within a pixel, over the depth
+  ImageF depth_mm_, off_px_;   ///< of what is written, off_px_ from the pixel's middle
   SurfaceNoiseInView seen_;
 };
 

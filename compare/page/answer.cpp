@@ -310,6 +310,11 @@ NextStep after_difference(const Comparison& c, const Twin& twin, const std::vect
     }
   }
   if (const OtherSurfaceRow* largest = largest_surface(c.other_surfaces)) return {surface_step(*largest), {}};
+  if (c.smooths_a_form_away)
+    return {
+        "measure the shape with smaller windows (smoothing_px and most_smoothing_px of its [[object]]) and "
+        "compare again",
+        {}};
   if (const GainRow* brighter = brighter_side(c, twin)) return brightness_step(*brighter, c, twin, argv);
   if (const ShownByImages shown = shown_by_images(c, twin);
       !shown.words.empty() && !warnings_come_first(c, twin))

@@ -33,6 +33,8 @@ struct Comparison : GeometryTables,
   /// The real images show other fringes than the twin, or show them elsewhere, so that no fit says anything
   /// (warnings tell how); not written.
   bool shows_other_fringes = false;
+  /// The windows of a measured shape smooth away what the gray values show, and nothing else fails.
+  bool smooths_a_form_away = false;
 };
 
 }  // namespace fringetwin::compare

@@ -127,6 +127,8 @@ struct ExplainedRow {
   std::string state = kNotCompared, why;
   double noise_chi2 = kNaN, chi2_least = kNaN, too_wide_factor = kNaN, compared_fraction = kNaN;
   double brightness_chi2 = kNaN, harmonic_chi2 = kNaN, ripple_limit = kNaN;
+  /// Of what regions differ by, the share that goes with what smoothing of a measured shape has changed.
+  double smoothed_fraction = 0.0;
   bool states_noise = false;  ///< the budget's noise is what the twin says of its sensor
   bool explained() const { return state == kExplained; }
   /// Takes a state that is worse than its own, and a sentence to say why, if there is one.

@@ -24,7 +24,9 @@ Sums add_up(const std::vector<Sums>& parts, int across, int down, ImageF& region
     total.calibration += part.calibration, total.share += part.share;
     total.regional_share += part.regional_share, total.regional_of_noise += part.regional_of_noise;
     total.noise_chi2 += part.noise_chi2, total.texture += part.texture, total.taken += part.taken;
-    total.shape += part.shape;
+    total.shape += part.shape, total.smoothed += part.smoothed;
+    total.region_squares += part.region_squares, total.smoothed_squares += part.smoothed_squares;
+    total.region_smoothed += part.region_smoothed;
     total.n += part.n, total.n_regions += part.n_regions, total.n_inside += part.n_inside;
   }
   return total;
@@ -35,7 +37,17 @@ void add_region(const BlockSum& block, double shared, Sums& out) {
   out.regional += block.chi2(shared);
   out.regional_of_noise += block.chi2_of_noise(shared);
   out.regional_share += block.calibration_share(shared);
+  const double smoothed = block.smoothed_slopes + block.smoothed_depths;
+  out.region_squares += block.sum * block.sum / block.variance;
+  out.smoothed_squares += smoothed * smoothed / block.variance;
+  out.region_smoothed += block.sum * smoothed / block.variance;
   ++out.n_regions;
+}
+
+double smoothed_fraction(const Sums& s) {
+  constexpr std::uint64_t kFewest = 30;  // of which chance makes no half
+  if (s.n_regions < kFewest || !(s.region_smoothed > 0.0) || !(s.smoothed_squares > 0.0)) return 0.0;
+  return s.region_smoothed * s.region_smoothed / (s.smoothed_squares * s.region_squares);
 }
 
 bool take_sums(const Sums& s, ExplainedRow& row) {
@@ -49,6 +61,7 @@ bool take_sums(const Sums& s, ExplainedRow& row) {
   row.regional_chi2_of_noise =
       s.n_regions > 0 ? s.regional_of_noise / static_cast<double>(s.n_regions) : kNaN;
   row.noise_chi2 = s.noise_chi2 / n;
+  row.smoothed_fraction = smoothed_fraction(s);
   return true;
 }
 

@@ -26,6 +26,9 @@ struct BlockSum {
   /// What the noise of a shape's slopes, and of its depths, adds to the sum if all share one standard error:
   /// of each value that times the root of the share which a region's mean keeps.
   double slopes = 0.0, depths = 0.0;
+  /// What smoothing of the shape has added to the sum by its slopes, and by its depths, as other windows tell
+  /// it: with noise, about as much as the shape has itself, so that of both only the larger one counts.
+  double smoothed_slopes = 0.0, smoothed_depths = 0.0;
   int pixels = 0;
   void add(double weight_of_one, double residual, double noise, double calibration_of_one) {
     sum += weight_of_one * residual;
@@ -38,7 +41,8 @@ struct BlockSum {
   bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }
   double expected(double shared) const {
     return variance + weight * weight * shared + weight2 * calibration + together * together +
-           slopes * slopes + depths * depths;
+           std::max(slopes * slopes, smoothed_slopes * smoothed_slopes) +
+           std::max(depths * depths, smoothed_depths * smoothed_depths);
   }
   double chi2(double shared) const { return sum * sum / expected(shared); }
   /// The same without what is uncertain of the rig.
@@ -52,9 +56,13 @@ struct Sums {
   double noise_chi2 = 0.0;  ///< against noise and quantisation alone
   double texture = 0.0;     ///< of the phase, of codes: by moved fringes and texture within a pixel
   double shape = 0.0;       ///< variance that the noise of a measured shape makes
+  double smoothed = 0.0;    ///< that its smoothing makes
   double taken = 0.0;  ///< of the noise chi2 of gray values: what a fit of each pixel's own numbers takes
   double calibration = 0.0, share = 0.0, regional_share = 0.0;  ///< shares: of the expected chi2
   double regional_of_noise = 0.0;                               ///< without what is uncertain of the rig
+  /// Of regions, over their noise: squares of their sums, of what smoothing of the shape has added to them,
+  /// and products of both.
+  double region_squares = 0.0, smoothed_squares = 0.0, region_smoothed = 0.0;
   std::uint64_t n = 0, n_regions = 0;
   std::uint64_t n_inside = 0;  ///< values that interior pixels have, usable or not
   /// Adds `values` values by the sum of their squares and by what one of them has on average. `own`: its
@@ -89,6 +97,11 @@ Sums sum_blocks(int width, int height, ImageF& regions, Block block) {
 
 /// Counts a block's sum among the regions where it has enough pixels.
 void add_region(const BlockSum& block, double shared, Sums& out);
+
+/// Returns the share of the regions' squares that goes with what smoothing of the measured shape has added to
+/// them, as other windows tell it. 0 where it goes against that, as the shape's noise does, and where regions
+/// are few.
+double smoothed_fraction(const Sums& s);
 
 /// Writes what single values and regions show into the row. Returns false where the values are too few.
 bool take_sums(const Sums& s, ExplainedRow& row);

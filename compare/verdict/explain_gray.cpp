@@ -58,6 +58,7 @@ class GrayExplanation {
     row.lines.push_back(
         {"fit of gain and black level", 2.0 * noise / n * std::pow(fit_.row.sigma_inflation, 2)});
     if (shape_.noise) row.lines.push_back({kShapeLine, s.shape / n});
+    if (s.smoothed > 0.0) row.lines.push_back({kSmoothedLine, s.smoothed / n});
     if (rig_.variance) row.lines.push_back({rig_.line, s.calibration / n});
     const double kept = 1.0 - s.taken / n;
     judge(s, noise_.known_to(), own_.from_here ? kept : 1.0, row);
@@ -90,9 +91,10 @@ class GrayExplanation {
     const double calibration =
         rig_.variance ? std::pow(fit_.row.gain_dn, 2) * static_cast<double>(rig_.variance->data[i]) : 0.0;
     out.n_inside += pair_.gain_images.size();
-    double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0;
+    double squares = 0.0, noises = 0.0, taken = 0.0, shaded = 0.0, smoothed = 0.0;
     const OwnLightSums line = own_light_sums(pair_, own_, noise_, i);
     const double shading = shape_.shading_at(i) * fit_.row.gain_dn;
+    const SmoothedAt smoothed_shading = shape_.smoothed_shading_at(i);
     const RegionShares shares = shape_.noise ? shape_.shares_at(i) : RegionShares{};
     const double of_slopes = std::sqrt(shares.slope), of_depths = std::sqrt(shares.depth);
     int values = 0;
@@ -100,7 +102,7 @@ class GrayExplanation {
     Eigen::MatrixX3d weights = Eigen::MatrixX3d::Zero(n_images, 3);  // of the images in each sum
     const ImageF* of = nullptr;  // the phase that `at` is of: one sine for all steps of a pitch
     Turn at{0.0, 0.0};
-    double move_dn = 0.0;
+    MovedDn move;
     const CameraResponse& response = pair_.camera->sensor.response;  // which the values are straight without
     for (std::size_t k = 0; k < pair_.gain_images.size(); ++k) {
       const int image = pair_.gain_images[k];
@@ -110,9 +112,12 @@ class GrayExplanation {
       const double r = y - predicted, noise = noise_.variance(predicted);
       squares += r * r, noises += noise, ++values;
       taken += noise * line.leverage_at(own_.kinds, pair_.irradiance_at(image, i));
-      const double off = shading * (pair_.irradiance_at(image, i) - shape_.ambient);
+      const double lit = pair_.irradiance_at(image, i) - shape_.ambient, off = shading * lit,
+                   lit_dn = fit_.row.gain_dn * lit, smoothed_off = -smoothed_shading.value * lit_dn;
       shaded += off * off;
+      smoothed += std::pow(smoothed_shading.size * lit_dn, 2);
       level.slopes += off * of_slopes;
+      level.smoothed_slopes += smoothed_off;
       level.add(1.0, r, noise, calibration);
       if (n_images > 0) weights(static_cast<Eigen::Index>(k), 0) = 1.0;
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
@@ -120,7 +125,7 @@ class GrayExplanation {
         of = phases_[k];
         const auto phase = static_cast<double>(of->data[i]);
         at = {std::cos(phase), std::sin(phase)};
-        move_dn = fringe_move_dn(moved_[k], i);
+        move = fringe_move_dn(moved_[k], i);
       }
       const Turn& step = turns_[k];
       const double cosine = at.c * step.c - at.s * step.s, sine = at.s * step.c + at.c * step.s;
@@ -128,17 +133,25 @@ class GrayExplanation {
       shift.add(sine, r, noise, calibration);
       contrast.slopes += cosine * off * of_slopes;
       shift.slopes += sine * off * of_slopes;
-      const double moved = sine * move_dn / response.slope(predicted - fit_.row.black_level_dn);
+      contrast.smoothed_slopes += cosine * smoothed_off;
+      shift.smoothed_slopes += sine * smoothed_off;
+      const double per_slope = sine / response.slope(predicted - fit_.row.black_level_dn),
+                   moved = per_slope * move.by_noise, smoothed_moved = per_slope * move.smoothed;
       shaded += moved * moved;
+      smoothed += std::pow(per_slope * move.by_smoothing, 2);
       level.depths += moved * of_depths;
       contrast.depths += cosine * moved * of_depths;
       shift.depths += sine * moved * of_depths;
+      level.smoothed_depths += smoothed_moved;
+      contrast.smoothed_depths += cosine * smoothed_moved;
+      shift.smoothed_depths += sine * smoothed_moved;
       if (n_images > 0) weights.row(static_cast<Eigen::Index>(k)).tail<2>() << cosine, sine;
     }
     if (values == 0) return;
-    out.add(squares, noises / values, noises / values + scatter_of_one_dn2_ + shaded / values, shared,
-            calibration, values);
+    out.add(squares, noises / values, noises / values + scatter_of_one_dn2_ + (shaded + smoothed) / values,
+            shared, calibration, values);
     out.shape += shaded;
+    out.smoothed += smoothed;
     out.taken += taken * values / noises;
     const auto scatter_of = [&](int sum) {
       return rendering_.scatters_alike * weights.col(sum).dot(scatter_dn2_ * weights.col(sum));
@@ -159,13 +172,20 @@ class GrayExplanation {
     if (pitch >= d.amplitude_dn.size()) return {};
     return {&d.amplitude_dn[pitch], d.axis, kTwoPi / d.pitches_px[pitch]};
   }
-  /// Returns the standard error of a gray value, as it was taken, on the fringe's steepest slope; its sign is
-  /// the same all over a direction.
-  double fringe_move_dn(const MovedFringe& moved, std::size_t i) const {
-    if (!moved.amplitude_dn) return 0.0;
-    const double move_dn = static_cast<double>(moved.amplitude_dn->data[i]) * moved.rad_per_px *
-                           shape_.moved_px_at(moved.axis, i);
-    return std::isfinite(move_dn) ? move_dn : 0.0;
+  /// By how much what moves the place that lights a pixel changes its gray value, as it was taken, on the
+  /// fringe's steepest slope; the sign is the same all over a direction.
+  struct MovedDn {
+    double by_noise = 0.0, by_smoothing = 0.0;  ///< their sizes
+    double smoothed = 0.0;                      ///< what smoothing has, with its sign and noise
+  };
+  MovedDn fringe_move_dn(const MovedFringe& moved, std::size_t i) const {
+    if (!moved.amplitude_dn) return {};
+    const double dn_per_px = static_cast<double>(moved.amplitude_dn->data[i]) * moved.rad_per_px;
+    if (!std::isfinite(dn_per_px)) return {};
+    const SmoothedAt smoothed_px = shape_.smoothed_px_at(moved.axis, i);
+    // of a fringe cos(phase): real - simulated of one that lies too far on is + sin(phase) times that
+    return {dn_per_px * shape_.moved_px_at(moved.axis, i), dn_per_px * smoothed_px.size,
+            dn_per_px * smoothed_px.value};
   }
 
   const GrayPair& pair_;

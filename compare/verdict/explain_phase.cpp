@@ -61,10 +61,14 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
             const double moved_by_shape = per_px * shape.moved_px_at(real.axis, i);
             const double of_shape = moved_by_shape * moved_by_shape;
             const double own = noise + textured;
+            const SmoothedAt smoothed_px = shape.smoothed_px_at(real.axis, i);
+            const double smoothed = std::pow(per_px * smoothed_px.size, 2);
             out.texture += textured;
             out.shape += of_shape;
+            out.smoothed += smoothed;
+            mean.smoothed_depths += per_px * smoothed_px.value;  // the difference is simulated - real
             if (of_shape > 0.0) mean.depths += moved_by_shape * std::sqrt(shape.shares_at(i).depth);
-            out.add(d * d, noise, own + of_shape, shared, moved);
+            out.add(d * d, noise, own + of_shape + smoothed, shared, moved);
             mean.add(1.0, d, own, moved);
             mean.together += static_cast<double>(texture.signed_rad.data[i]);
             ++mean.pixels;
@@ -95,6 +99,7 @@ ExplainedRow explain_phase(const std::string& camera, const DirectionDecode& rea
                rendering.line(shared)};
   if (s.texture > 0.0) row.lines.push_back({"texture within a pixel", s.texture / n});
   if (shape.noise) row.lines.push_back({kShapeLine, s.shape / n});
+  if (s.smoothed > 0.0) row.lines.push_back({kSmoothedLine, s.smoothed / n});
   if (rig.variance) row.lines.push_back({rig.line, s.calibration / n});
   const double known_to = std::hypot(real_noise * noise_known_to(real, false),
                                      simulated_noise * noise_known_to(simulated, true)) /

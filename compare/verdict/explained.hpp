@@ -12,8 +12,8 @@
 #include "compare/gray/own_light.hpp"
 #include "compare/phase/phase_budget.hpp"
 #include "compare/result/own_kinds.hpp"
+#include "compare/shape/shape_noise.hpp"
 #include "compare/verdict/rig_budget.hpp"
-#include "compare/verdict/shape_noise.hpp"
 
 namespace fringetwin::compare {
 

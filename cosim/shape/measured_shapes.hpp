@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/verdict/shape_noise.hpp"
+#include "compare/shape/shape_noise.hpp"
 #include "measure/surface.hpp"
 #include "twin/captures/capture_set.hpp"
 #include "twin/twin.hpp"

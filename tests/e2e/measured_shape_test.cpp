@@ -9,7 +9,11 @@
 // | texture besides | 5 %       | 15 % of a fifth of it as shading, values near black          |
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <random>
 #include <string>
 #include <utility>
@@ -17,6 +21,7 @@
 
 #include "tests/support/program/cli_runner.hpp"
 #include "tests/support/program/small_twin.hpp"
+#include "tests/support/twin/save_mesh_ply.hpp"
 #include "twin/image/image_io.hpp"
 
 namespace fringetwin::testing::measured_shape_test {
@@ -56,6 +61,8 @@ struct Run {
   std::string fringes = "", camera = kInside, smoothing = "smoothing_px = 4\nmost_smoothing_px = 12\n",
               seed = "11", texture = "";
   Replacements rig = {};                  ///< in the truth as in the twin
+  Replacements of_truth = {};             ///< in the truth alone
+  std::string object = kBall;             ///< in the truth
   std::vector<std::string> options = {};  ///< of the comparison
 };
 
@@ -64,7 +71,9 @@ struct Run {
 json compared(const std::filesystem::path& dir, const Run& r) {
   const std::string with_texture =
       r.texture.empty() ? r.camera : "texture = \"" + r.texture + "\"\n" + r.camera;
-  write_file(dir / "truth.toml", twin_of(kBall, r.fringes, "", with_texture, r.rig));
+  Replacements rig = r.rig;
+  rig.insert(rig.end(), r.of_truth.begin(), r.of_truth.end());
+  write_file(dir / "truth.toml", twin_of(r.object, r.fringes, "", with_texture, rig));
   RunResult run = run_fringetwin(
       {"render", (dir / "truth.toml").string(), "--seed", r.seed, "--out", (dir / "real").string()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -157,6 +166,105 @@ TEST(MeasuredShape, TwoCamerasMakeNoRipples) {
     expect_right("ripples", {.camera = fine,
                              .seed = seed,
                              .rig = {second, {"triangulate = \"projector\"", "triangulate = \"stereo\""}}});
+}
+
+/// Writes a sheet that faces the camera, 270 mm away, with this height towards it, mm, over the pixels of the
+/// camera. Returns the object of the twin.
+std::string sheet(const std::string& name, const std::function<double(double x_mm, double y_mm)>& height_mm) {
+  constexpr int kSide = 700;
+  constexpr double kHalf_mm = 25.0, kStep_mm = 2.0 * kHalf_mm / (kSide - 1);
+  Mesh mesh;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const Eigen::Vector2d at_mm(kStep_mm * x - kHalf_mm, kStep_mm * y - kHalf_mm);
+      mesh.vertices_mm.push_back(
+          Eigen::Vector3d(at_mm.x(), at_mm.y(), 270.0 - height_mm(at_mm.x(), at_mm.y())).cast<float>());
+    }
+  for (int y = 0; y + 1 < kSide; ++y)
+    for (int x = 0; x + 1 < kSide; ++x) {
+      const int i = y * kSide + x;
+      mesh.triangles.push_back({i, i + kSide + 1, i + 1});
+      mesh.triangles.push_back({i, i + kSide, i + kSide + 1});
+    }
+  const std::filesystem::path file = scratch_folder("measured_shape_of_" + name) / "sheet.ply";
+  save_mesh_ply(file, mesh);
+  return "shape = \"mesh\"\nfile = \"" + file.string() + "\"\n";
+}
+
+/// Waves of 5 mm (37 px), and folds with creases 4 mm apart, both aslant.
+double wave_mm(double x_mm, double y_mm) {
+  return 0.3 * std::sin(2.0 * std::numbers::pi * (0.8 * x_mm + 0.6 * y_mm) / 5.0);
+}
+double folds_mm(double x_mm, double y_mm) {
+  const double at = (0.8 * x_mm + 0.6 * y_mm) / 8.0;
+  return 0.8 * (2.0 * std::abs(2.0 * (at - std::floor(at + 0.5))) - 1.0);
+}
+
+/// Returns the row of a quantity among those of a verdict.
+json row_of(const json& result, const std::string& quantity) {
+  for (const json& row : result.at("explained"))
+    if (row.at("quantity") == quantity) return row;
+  return {};
+}
+
+// A mesh of a vertex per pixel lies beside a surface that bends: were the vertices on the surface, a pixel's
+// mean would see the fringes elsewhere (chi2 of regions of the phase was 1.7 on all of these). Gray values
+// see slopes, which windows smooth.
+TEST(MeasuredShape, AFormThatBendsIsExplainedInPhase) {
+  FT_NEED_DEVICE();
+  const std::string wave = sheet("wave", wave_mm), folds = sheet("folds", folds_mm);
+  const std::string fine = "smoothing_px = 2\n", wide = "smoothing_px = 4\n";
+  for (const auto& [object, smoothing] :
+       {std::pair{wave, fine}, std::pair{wave, wide}, std::pair{folds, fine}, std::pair{folds, wide}}) {
+    const json phase = row_of(
+        compared(scratch_folder("measured_shape_form"), {.smoothing = smoothing, .object = object}), "phase");
+    EXPECT_EQ(phase.at("state"), "explained") << smoothing << phase.dump();
+    EXPECT_GT(phase.at("regional_chi2").get<double>(), 0.7) << smoothing << phase.dump();
+  }
+}
+
+/// Returns the result of a run that looks for causes.
+json with_causes(const Run& r) {
+  const json result = compared(scratch_folder("measured_shape_causes"), r);
+  EXPECT_FALSE(result.at("causes").at("tested").empty()) << result.at("explained").dump();
+  return result;
+}
+
+// Windows of 4 px round creases off. That is told of the gray values (before, a texture, a pose or gloss was
+// named), but not of a rig whose projector blurs, or of a ball: what differs there does not follow what
+// windows do.
+TEST(MeasuredShape, WindowsThatSmoothAFormAwayAreTold) {
+  FT_NEED_DEVICE();
+  const std::string folds = sheet("folds", folds_mm), wide = "smoothing_px = 4\n";
+  const auto told = [](const json& result) {
+    return row_of(result, "gray").dump().find("smooth away") != std::string::npos;
+  };
+  const json smoothed =
+      compared(scratch_folder("measured_shape_smoothed"), {.smoothing = wide, .object = folds});
+  EXPECT_TRUE(told(smoothed)) << row_of(smoothed, "gray").dump();
+  EXPECT_TRUE(smoothed.at("causes").at("tested").empty()) << smoothed.at("causes").dump();
+  for (const std::string blur_px : {"1", "2"}) {
+    const Replacements blur{{"intensity = 40", "intensity = 40\nblur_px = " + blur_px}};
+    EXPECT_FALSE(told(with_causes({.smoothing = wide, .of_truth = blur, .object = folds}))) << blur_px;
+    EXPECT_FALSE(told(with_causes({.smoothing = wide, .of_truth = blur}))) << blur_px;
+  }
+  // beside fringes that the phase shows to be others, smoothing is told, but is not all
+  with_causes({.fringes = "harmonics = [[0, 0], [0.02, 0]]", .smoothing = wide, .object = folds});
+}
+
+// Nothing of what lies behind a step is taken for what the windows in front of it smooth away: the phase's
+// budget would be so wide that it told nothing.
+TEST(MeasuredShape, StepsWidenNoBudget) {
+  FT_NEED_DEVICE();
+  const std::string steps = sheet("steps", [](double x_mm, double y_mm) {
+    return std::fmod(std::floor((x_mm + 0.2 * y_mm) / 9.0) + 8.0, 2.0) * 20.0;
+  });
+  const json phase = row_of(
+      compared(scratch_folder("measured_shape_steps"), {.smoothing = "smoothing_px = 4\n", .object = steps}),
+      "phase");
+  EXPECT_EQ(phase.at("state"), "explained") << phase.dump();
+  EXPECT_GT(phase.at("chi2").get<double>(), 0.95) << phase.dump();
+  EXPECT_GT(phase.at("regional_chi2").get<double>(), 0.8) << phase.dump();
 }
 
 // A ball that fills the image, with a texture of 1 % and without: what a factor per pixel takes is the noise

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tolerance: 6 %, the standard error of a variance over 2,000 draws is 3 %.
-#include "compare/verdict/shape_noise.hpp"
+#include "compare/shape/shape_noise.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/verdict/shape_noise.hpp"
+#include "compare/shape/shape_noise.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -133,6 +133,37 @@ std::array<double, 2> followed(const measure::SurfaceNoise& surface, const Twin&
   return out;
 }
 
+/// Returns the place of a pixel's region.
+std::size_t region_of(std::size_t pixel, const ImageF& regions, int width) {
+  const auto w = static_cast<std::size_t>(width);
+  return pixel / w / kRegion * static_cast<std::size_t>(regions.width) + pixel % w / kRegion;
+}
+
+/// Returns the mean squares over regions of what smoothing has changed, less those of noise, none below 0.
+ImageF beyond_noise(const measure::SmoothedInView& smoothed) {
+  const ImageF& value = smoothed.value;
+  if (value.empty()) return {};
+  ImageF out((value.width + kRegion - 1) / kRegion, (value.height + kRegion - 1) / kRegion, 0.0F);
+  std::vector<double> squares(out.size(), 0.0), n(out.size(), 0.0);
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (value.data[i] == 0.0F) continue;  // not known
+    const std::size_t region = region_of(i, out, value.width);
+    squares[region] += std::pow(static_cast<double>(value.data[i]), 2) -
+                       std::pow(static_cast<double>(smoothed.noise.data[i]), 2);
+    n[region] += 1.0;
+  }
+  for (std::size_t r = 0; r < out.size(); ++r)
+    if (n[r] > 0.0) out.data[r] = static_cast<float>(std::max(0.0, squares[r] / n[r]));
+  return out;
+}
+
+/// Returns what smoothing has changed at a pixel, of which the mean squares over regions are given.
+SmoothedAt smoothed_at(const measure::SmoothedInView& smoothed, const ImageF& of_regions, std::size_t pixel) {
+  if (smoothed.value.empty()) return {};
+  return {std::sqrt(static_cast<double>(of_regions.data[region_of(pixel, of_regions, smoothed.value.width)])),
+          static_cast<double>(smoothed.value.data[pixel])};
+}
+
 }  // namespace
 
 std::size_t ShapeInView::radius_at(std::size_t pixel) const {
@@ -150,6 +181,15 @@ double ShapeInView::moved_px_at(Axis axis, std::size_t pixel) const {
   return std::sqrt(moves[k]) * value_or(noise->median_moved_px[k], noise->moved_px[k], pixel);
 }
 
+SmoothedAt ShapeInView::smoothed_shading_at(std::size_t pixel) const {
+  return shades && noise ? smoothed_at(noise->smoothed_shading, smoothed_shading2, pixel) : SmoothedAt{};
+}
+
+SmoothedAt ShapeInView::smoothed_px_at(Axis axis, std::size_t pixel) const {
+  const std::size_t k = axis == Axis::x ? 0 : 1;
+  return noise ? smoothed_at(noise->smoothed_px[k], smoothed_px2[k], pixel) : SmoothedAt{};
+}
+
 ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t camera,
                           const measure::CameraDecode* real) {
   if (!noise) return {};
@@ -160,6 +200,8 @@ ShapeInView shape_in_view(const ShapeNoise* noise, const Twin& twin, std::size_t
                   .real = real};
   const std::array<double, 2> follows = followed(noise->surface, twin, camera);
   for (const int axis : {0, 1}) out.moves[axis] = std::max(0.0, 1.0 - noise->steps_in_shape * follows[axis]);
+  out.smoothed_shading2 = beyond_noise(out.noise->smoothed_shading);
+  for (const int axis : {0, 1}) out.smoothed_px2[axis] = beyond_noise(out.noise->smoothed_px[axis]);
   return out;
 }
 

@@ -38,6 +38,12 @@ double ripple_gain(double radius_px, double period_px);
 
 inline constexpr double kRadiiPerPx = 10.0;  ///< how finely windows are told from each other
 
+/// What smoothing has changed of a number at a pixel.
+struct SmoothedAt {
+  double size = 0.0;   ///< root of its mean square around the pixel, without noise
+  double value = 0.0;  ///< its own with its sign, and noise
+};
+
 /// The noise of a measured shape in one camera's comparison; without one, nothing.
 struct ShapeInView {
   const measure::SurfaceNoiseInView* noise = nullptr;
@@ -53,6 +59,10 @@ struct ShapeInView {
   /// compared steps, more where it goes against it.
   std::array<double, 2> moves{1.0, 1.0};
   bool shades = true;  ///< whether its normals' noise is seen: not where each pixel has a factor of its own
+  /// What smoothing has changed of the shape, mean squares over each region, less what noise makes of them:
+  /// of the shading, and px along columns and rows.
+  ImageF smoothed_shading2 = {};
+  std::array<ImageF, 2> smoothed_px2 = {};
 
   /// Returns what a mean over a region of the verdict keeps of this pixel's noise.
   const RegionShares& shares_at(std::size_t pixel) const { return shares[radius_at(pixel)]; }
@@ -60,10 +70,16 @@ struct ShapeInView {
   std::size_t radius_at(std::size_t pixel) const;
   /// Returns the relative standard error of the projector's light on a pixel.
   double shading_at(std::size_t pixel) const;
+  /// Returns by how much smoothing has changed the projector's light on a pixel, relative, and the place that
+  /// lights it, px along the projector's axis.
+  SmoothedAt smoothed_shading_at(std::size_t pixel) const;
+  SmoothedAt smoothed_px_at(Axis axis, std::size_t pixel) const;
   /// Returns by how much the noise of its depth, one standard error of it towards larger ones, moves what
   /// lights a pixel, px along the projector's axis, as both sides' difference sees it.
   double moved_px_at(Axis axis, std::size_t pixel) const;
 };
+
+inline constexpr const char* kSmoothedLine = "smoothing of the measured shape";
 
 /// Returns what the noise of a shape (null: none) does in the comparison of this camera, of which the real
 /// side's decode is given.
