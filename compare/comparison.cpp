@@ -58,8 +58,6 @@ void add_bounces(const Twin& twin, const CompareOptions& options, std::size_t ca
   error.estimated = true;
 }
 
-/// Fills the gray tables. It also collects the samples for a search for causes. A camera whose gain cannot be
-/// fitted is judged along its provisional line: that is when budget and causes are needed.
 /// Returns what every pixel of a camera has of its own, and what that was fitted to: by the refinement of
 /// this run, or in the twin's own texture, which may be of these images or of others.
 OwnOfPixels own_of_pixels(const Twin& twin, const CompareOptions& options, std::size_t camera) {
@@ -89,27 +87,6 @@ struct CauseSamples {
   std::vector<GridSamples> of_steps, with_codes;
 };
 
-/// Returns what a reader must know of a code whose images have other light than the twin says; empty where
-/// they have not.
-std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Fringes& fringes) {
-  constexpr double kSigmas = 5.0;  // of the worst of many images
-  const CodeLight* worst = nullptr;
-  int n = 0;
-  for (const CodeLight& light : code.lights) {
-    const double off = std::abs(light.factor - 1.0);
-    if (!(off > kLeastOtherLight + kSigmas * light.sigma)) continue;
-    ++n;
-    if (!worst || off > std::abs(worst->factor - 1.0)) worst = &light;
-  }
-  if (!worst) return "";
-  return fmt::format(
-      "{}: {} of the {} images of the code have other light than the twin says, most of all \"{}\": "
-      "{:+.2f} % (the verdict on the code leaves each image its own light{})",
-      pair.camera->name, n, code.lights.size(), pair.patterns[worst->image].label(fringes),
-      100.0 * (worst->factor - 1.0),
-      code.row.state == kExplained ? "" : "; with what the twin is wrong about mended, it may be another");
-}
-
 /// Puts the verdict on a camera's code, if there is one, among the others, and what is to be said of its
 /// light.
 void take_code(std::optional<CodeVerdict> code, const GrayPair& pair, const Fringes& fringes,
@@ -120,6 +97,8 @@ void take_code(std::optional<CodeVerdict> code, const GrayPair& pair, const Frin
   out.explained.push_back(std::move(code->row));
 }
 
+/// Fills the gray tables. It also collects the samples for a search for causes. A camera whose gain cannot be
+/// fitted is judged along its provisional line: that is when budget and causes are needed.
 CauseSamples compare_gray(const Twin& twin, const Side& real, const Side& simulated,
                           const CompareOptions& options, const RigBudget* rig, Milestones& progress,
                           Comparison& out) {

@@ -64,10 +64,14 @@ struct InverseDepths {
   ImageF certainty;  ///< mm; 0: the map states no noise, or one that is no positive number
 
   explicit InverseDepths(const DepthMap& map);
+  /// Returns the variance of a pixel whose noise is stated.
+  double variance(int x, int y) const {
+    const auto sure = static_cast<double>(certainty(x, y));
+    return 1.0 / (sure * sure);
+  }
 };
 
-inline constexpr double kWider = 1.41;  ///< of the radius from one window to the next
-/// Returns what windows kWider times as wide as those of the fits tell: what differs beyond the noise of both
+/// Returns what windows 1.41 times as wide as those of the fits tell: what differs beyond the noise of both
 /// is what the windows smooth away, since bias grows with the window. A window that grew beyond smoothing_px
 /// stopped where a wider one tells another surface, which says nothing of it: it has one as much narrower.
 /// Unknown where a window tells no quadratic, where half of the other one is missing, or where that reaches a

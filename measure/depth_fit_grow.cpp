@@ -18,7 +18,7 @@ namespace fringetwin::measure {
 namespace {
 
 constexpr int kTile = 128;              ///< px: side of what one thread works on
-constexpr double kGrowth = kWider;      ///< of the radius from one window to the next
+constexpr double kGrowth = 1.41;        ///< of the radius from one window to the next
 constexpr double kAgree = 3.0;          ///< standard errors: intervals of so much must meet
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
 constexpr double kHalfKnown = 0.5;      ///< the same, of one that is held against another
@@ -48,13 +48,19 @@ struct WindowSums {
   double variance_of_unit() const { return variance / static_cast<double>(xy[0][0]); }
 };
 
-/// Half the width of each row of a disc, from the middle row down.
-std::vector<int> half_widths(int radius) {
-  std::vector<int> half;
-  for (int dy = 0; dy <= radius; ++dy)
-    half.push_back(static_cast<int>(std::floor(std::sqrt(static_cast<double>(radius * radius - dy * dy)))));
-  return half;
-}
+/// The pixels of a window.
+struct Disc {
+  int radius;
+  std::vector<int> half;  ///< half the width of each row, from the middle row down
+  double pixels = 0.0;
+
+  explicit Disc(int radius_px) : radius(radius_px) {
+    for (int dy = 0; dy <= radius; ++dy) {
+      half.push_back(static_cast<int>(std::floor(std::sqrt(static_cast<double>(radius * radius - dy * dy)))));
+      pixels += (dy == 0 ? 1.0 : 2.0) * (2.0 * half.back() + 1.0);
+    }
+  }
+};
 
 /// Running sums of a tile and of what its windows reach beside it.
 class Tile {
@@ -79,12 +85,11 @@ class Tile {
   double slope_of(double whole) const { return whole / scale_; }
 
   /// Returns the sums of the disc around a pixel of the image.
-  WindowSums window(int x, int y, const std::vector<int>& half) const {
+  WindowSums window(int x, int y, const Disc& disc) const {
     WindowSums out;
-    const int radius = static_cast<int>(half.size()) - 1;
     const std::int64_t c = x - x0_;
-    for (int dy = -radius; dy <= radius; ++dy) {
-      const int w = half[static_cast<std::size_t>(std::abs(dy))];
+    for (int dy = -disc.radius; dy <= disc.radius; ++dy) {
+      const int w = disc.half[static_cast<std::size_t>(std::abs(dy))];
       const RunningSums* row =
           &sums_[static_cast<std::size_t>(y - y0_ + dy) * (static_cast<std::size_t>(side_) + 1)];
       add_row(row[c - w], row[c + w + 1], c, dy, out);
@@ -217,11 +222,12 @@ struct Allowed {
   }
 };
 
-/// Returns how many pixels a disc has.
-double pixels_of(const std::vector<int>& half) {
-  double pixels = 0.0;
-  for (std::size_t dy = 0; dy < half.size(); ++dy) pixels += (dy == 0 ? 1.0 : 2.0) * (2.0 * half[dy] + 1.0);
-  return pixels;
+/// Returns the same of a disc around a pixel; unknown where less than a share of it is measured.
+DepthFit fit_disc(const Tile& tile, int x, int y, const Disc& disc, double least_known,
+                  double over_variance) {
+  const WindowSums sums = tile.window(x, y, disc);
+  if (static_cast<double>(sums.pixels) < least_known * disc.pixels) return {};
+  return quadratic(sums, disc.radius, tile, over_variance);
 }
 
 /// Calls visit(tile, x, y) for the pixels that have a fit with slopes and a depth whose noise is stated, in
@@ -254,7 +260,7 @@ int other_radius_px(const DepthFit& fit, double smoothing_px) {
   const auto radius_px = static_cast<double>(fit.radius_px);
   if (radius_px < kLeast) return 0;
   const bool has_grown = fit.radius_px > static_cast<float>(smoothing_px);
-  const int other = static_cast<int>(std::lround(has_grown ? radius_px / kWider : radius_px * kWider));
+  const int other = static_cast<int>(std::lround(has_grown ? radius_px / kGrowth : radius_px * kGrowth));
   return has_grown && (other < kLeast || other >= radius_px) ? 0 : other;
 }
 
@@ -291,22 +297,17 @@ class StepsOfMap {
 
 void grow_windows(const InverseDepths& depths, double smoothing_px, double most_smoothing_px,
                   Image<DepthFit>& fits) {
-  std::vector<std::vector<int>> discs;
-  for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth) {
-    discs.push_back(half_widths(static_cast<int>(std::lround(std::min(r, most_smoothing_px)))));
-  }
+  std::vector<Disc> discs;
+  for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth)
+    discs.emplace_back(static_cast<int>(std::lround(std::min(r, most_smoothing_px))));
   if (discs.empty()) return;
-  const int reach = static_cast<int>(discs.back().size()) - 1;
-  for_fitted_pixels(depths, fits, reach, [&](const Tile& tile, int x, int y) {
+  for_fitted_pixels(depths, fits, discs.back().radius, [&](const Tile& tile, int x, int y) {
     DepthFit& best = fits(x, y);
-    const auto certainty = static_cast<double>(depths.certainty(x, y));
-    const double variance = 1.0 / (certainty * certainty);
+    const double variance = depths.variance(x, y);
     Allowed allowed;
     allowed.narrow(best, variance);
-    for (const std::vector<int>& disc : discs) {
-      const WindowSums sums = tile.window(x, y, disc);
-      if (static_cast<double>(sums.pixels) < kKnownFraction * pixels_of(disc)) break;
-      const DepthFit fit = quadratic(sums, static_cast<int>(disc.size()) - 1, tile, variance);
+    for (const Disc& disc : discs) {
+      const DepthFit fit = fit_disc(tile, x, y, disc, kKnownFraction, variance);
       if (!fit.known() || !allowed.narrow(fit, variance)) break;
       best = fit;
     }
@@ -318,18 +319,15 @@ Image<DepthFit> other_fits(const DepthMap& map, double smoothing_px, const Image
   int reach = 0;
   for (const DepthFit& fit : fits.data) reach = std::max(reach, other_radius_px(fit, smoothing_px));
   if (reach == 0) return out;
-  std::vector<std::vector<int>> discs;  // by radius
-  for (int radius = 0; radius <= reach; ++radius) discs.push_back(half_widths(radius));
+  std::vector<Disc> discs;  // by radius
+  for (int radius = 0; radius <= reach; ++radius) discs.emplace_back(radius);
   const InverseDepths depths(map);
   const StepsOfMap steps(map);
   for_fitted_pixels(depths, fits, reach, [&](const Tile& tile, int x, int y) {
     const int radius = other_radius_px(fits(x, y), smoothing_px);
     if (radius == 0 || steps.any_around(x, y, radius)) return;
-    const std::vector<int>& disc = discs[static_cast<std::size_t>(radius)];
-    const WindowSums sums = tile.window(x, y, disc);
-    if (static_cast<double>(sums.pixels) < kHalfKnown * pixels_of(disc)) return;
-    const auto certainty = static_cast<double>(depths.certainty(x, y));
-    const DepthFit fit = quadratic(sums, radius, tile, 1.0 / (certainty * certainty));
+    const Disc& disc = discs[static_cast<std::size_t>(radius)];
+    const DepthFit fit = fit_disc(tile, x, y, disc, kHalfKnown, depths.variance(x, y));
     if (fit.known() && fit.inverse_depth > 0.0) out(x, y) = fit;
   });
   return out;

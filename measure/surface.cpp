@@ -159,12 +159,11 @@ class Vertices {
   int add(int x, int y, const DepthFit& fit, const DepthFit& other) {
     const auto at = ray_of_pixel(lens_, {static_cast<double>(x), static_cast<double>(y)});
     if (!at) return -1;
-    const Eigen::Vector3d p_cam_mm = at->ray / vertex_of(fit);
+    const FittedVertex v{fit, *at, {*at, fit}, at->ray / vertex_of(fit)};
     Eigen::Vector3d normal_world = Eigen::Vector3d::Constant(std::nan(""));
-    const NormalOfFit normal(*at, fit);
-    if (std::isfinite(fit.slope_x)) normal_world = T_world_cam_.rotation * normal.normal.normalized();
-    note_noise(x, y, fit, other, *at, p_cam_mm);
-    mesh_->vertices_mm.push_back((T_world_cam_ * p_cam_mm).cast<float>());
+    if (std::isfinite(fit.slope_x)) normal_world = T_world_cam_.rotation * v.normal.normal.normalized();
+    note_noise(x, y, v, other);
+    mesh_->vertices_mm.push_back((T_world_cam_ * v.p_cam_mm).cast<float>());
     normals_.push_back(normal_world.cast<float>());
     return static_cast<int>(mesh_->vertices_mm.size()) - 1;
   }
@@ -186,8 +185,16 @@ class Vertices {
   }
 
  private:
-  void note_noise(int x, int y, const DepthFit& fit, const DepthFit& other, const RayOfPixel& at,
-                  const Eigen::Vector3d& p_cam_mm) {
+  /// What a vertex was made of.
+  struct FittedVertex {
+    const DepthFit& fit;
+    RayOfPixel at;
+    NormalOfFit normal;
+    Eigen::Vector3d p_cam_mm;
+  };
+
+  void note_noise(int x, int y, const FittedVertex& v, const DepthFit& other) {
+    const auto& [fit, at, normal, p_cam_mm] = v;
     const bool is_beyond = x < 0 || y < 0 || x >= map_.z_mm.width || y >= map_.z_mm.height;
     if (is_beyond || !std::isfinite(map_.z_mm(x, y))) return;
     const double own_sigma = static_cast<double>(map_.sigma_mm(x, y)) * fit.inverse_depth * fit.inverse_depth;
@@ -199,7 +206,6 @@ class Vertices {
     radius_px_ += static_cast<double>(fit.radius_px);
     ++n_;
     if (!(own_sigma > 0.0)) return;  // not known: as the median of the others
-    const NormalOfFit normal(at, fit);
     VertexNoise vertex{
         .p_mm = T_world_cam_ * p_cam_mm,
         // nothing is known of a window of one pixel: it faces the camera
@@ -210,7 +216,7 @@ class Vertices {
         .shading = light_mm_ ? shared_ * own_sigma * shading_per_sigma(fit, normal, *light_mm_ - p_cam_mm)
                              : DepthFit::kUnknown,
         .radius_px = fit.radius_px};
-    if (other.known()) note_smoothing(fit, other, at, p_cam_mm, shared_ * own_sigma, vertex);
+    if (other.known()) note_smoothing(v, other, shared_ * own_sigma, vertex);
     for (std::size_t c = 0; c < seen_.size(); ++c)
       seen_[c].add(vertex, c == camera_ ? std::optional<Eigen::Vector2d>({x, y}) : std::nullopt);
   }
@@ -218,8 +224,9 @@ class Vertices {
   /// Writes what smoothing has changed, which is taken to grow as the square of a window's radius: what two
   /// windows tell otherwise, over by how much that square differs. Of nested windows the variance of the
   /// difference is the difference of the variances.
-  void note_smoothing(const DepthFit& fit, const DepthFit& other, const RayOfPixel& at,
-                      const Eigen::Vector3d& p_cam_mm, double own_sigma, VertexNoise& vertex) const {
+  void note_smoothing(const FittedVertex& v, const DepthFit& other, double own_sigma,
+                      VertexNoise& vertex) const {
+    const auto& [fit, at, normal, p_cam_mm] = v;
     const double per_difference =
         1.0 / (std::pow(static_cast<double>(other.radius_px / fit.radius_px), 2) - 1.0);
     const auto smoothed = [&](double difference, double variance, double other_variance) {
@@ -232,7 +239,6 @@ class Vertices {
                  z2 * z2 * static_cast<double>(fit.leverage), z2 * z2 * static_cast<double>(other.leverage));
     if (!light_mm_ || !std::isfinite(vertex.shading)) return;
     const Eigen::Vector3d to_light = *light_mm_ - p_cam_mm;
-    const NormalOfFit normal(at, fit);
     const double changed = NormalOfFit(at, other).cosine(to_light) / normal.cosine(to_light) - 1.0;
     if (std::abs(changed) < kMostChanged)
       vertex.smoothed_shading =

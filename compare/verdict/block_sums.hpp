@@ -17,6 +17,13 @@ namespace fringetwin::compare {
 inline constexpr int kFewestInRegion = 64;  ///< pixels
 inline constexpr const char* kOfPixels = "the pixels that a side sees with modulation";
 
+/// What a measured shape adds to a value if all share one standard error of it: of its slopes, and of its
+/// depths, that times the root of the share which a region's mean keeps; and what its smoothing has added,
+/// with its sign.
+struct OfShape {
+  double slopes = 0.0, depths = 0.0, smoothed_slopes = 0.0, smoothed_depths = 0.0;
+};
+
 /// A mean of a block: weighted sum of residuals, its variance if they are noise, and the sum of the weights'
 /// sizes (an error that all share moves the sum by that). The calibration moves all values together, too, but
 /// not alike (a shifted fringe changes sign): (sum w g)^2 <= sum w^2 sum g^2.
@@ -36,6 +43,11 @@ struct BlockSum {
     weight += std::abs(weight_of_one);
     weight2 += weight_of_one * weight_of_one;
     calibration += calibration_of_one;
+  }
+  void add_shape(double weight_of_one, const OfShape& shape) {
+    slopes += weight_of_one * shape.slopes, depths += weight_of_one * shape.depths;
+    smoothed_slopes += weight_of_one * shape.smoothed_slopes;
+    smoothed_depths += weight_of_one * shape.smoothed_depths;
   }
   void add_pixel(double variance_of_its_sum) { variance += variance_of_its_sum, ++pixels; }
   bool usable() const { return pixels >= kFewestInRegion && variance > 0.0; }

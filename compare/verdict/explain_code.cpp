@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/verdict/explain_code.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -254,6 +256,25 @@ std::optional<CodeVerdict> explain_code(const GrayPair& pair, const GainFit& fit
                                         const CodeInView& code, const RenderingError& rendering,
                                         const OwnOfPixels& own, const ShapeInView& shape) {
   return CodeExplanation(pair, fit, noise, code, rendering, own, shape).run();
+}
+
+std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Fringes& fringes) {
+  constexpr double kSigmas = 5.0;  // of the worst of many images
+  const CodeLight* worst = nullptr;
+  int n = 0;
+  for (const CodeLight& light : code.lights) {
+    const double off = std::abs(light.factor - 1.0);
+    if (!(off > kLeastOtherLight + kSigmas * light.sigma)) continue;
+    ++n;
+    if (!worst || off > std::abs(worst->factor - 1.0)) worst = &light;
+  }
+  if (!worst) return "";
+  return fmt::format(
+      "{}: {} of the {} images of the code have other light than the twin says, most of all \"{}\": "
+      "{:+.2f} % (the verdict on the code leaves each image its own light{})",
+      pair.camera->name, n, code.lights.size(), pair.patterns[worst->image].label(fringes),
+      100.0 * (worst->factor - 1.0),
+      code.row.state == kExplained ? "" : "; with what the twin is wrong about mended, it may be another");
 }
 
 }  // namespace fringetwin::compare

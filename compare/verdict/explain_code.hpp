@@ -44,4 +44,8 @@ std::optional<CodeVerdict> explain_code(const GrayPair& pair, const GainFit& fit
                                         const CodeInView& code, const RenderingError& rendering,
                                         const OwnOfPixels& own = {}, const ShapeInView& shape = {});
 
+/// Returns what a reader must know of a code whose images have other light than the twin says; empty where
+/// they have not.
+std::string light_text(const CodeVerdict& code, const GrayPair& pair, const Fringes& fringes);
+
 }  // namespace fringetwin::compare

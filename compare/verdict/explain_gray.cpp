@@ -116,8 +116,8 @@ class GrayExplanation {
                    lit_dn = fit_.row.gain_dn * lit, smoothed_off = -smoothed_shading.value * lit_dn;
       shaded += off * off;
       smoothed += std::pow(smoothed_shading.size * lit_dn, 2);
-      level.slopes += off * of_slopes;
-      level.smoothed_slopes += smoothed_off;
+      const OfShape by_light{.slopes = off * of_slopes, .smoothed_slopes = smoothed_off};
+      level.add_shape(1.0, by_light);
       level.add(1.0, r, noise, calibration);
       if (n_images > 0) weights(static_cast<Eigen::Index>(k), 0) = 1.0;
       if (!phases_[k] || std::isnan(phases_[k]->data[i])) continue;
@@ -131,20 +131,16 @@ class GrayExplanation {
       const double cosine = at.c * step.c - at.s * step.s, sine = at.s * step.c + at.c * step.s;
       contrast.add(cosine, r, noise, calibration);
       shift.add(sine, r, noise, calibration);
-      contrast.slopes += cosine * off * of_slopes;
-      shift.slopes += sine * off * of_slopes;
-      contrast.smoothed_slopes += cosine * smoothed_off;
-      shift.smoothed_slopes += sine * smoothed_off;
+      contrast.add_shape(cosine, by_light);
+      shift.add_shape(sine, by_light);
       const double per_slope = sine / response.slope(predicted - fit_.row.black_level_dn),
                    moved = per_slope * move.by_noise, smoothed_moved = per_slope * move.smoothed;
       shaded += moved * moved;
       smoothed += std::pow(per_slope * move.by_smoothing, 2);
-      level.depths += moved * of_depths;
-      contrast.depths += cosine * moved * of_depths;
-      shift.depths += sine * moved * of_depths;
-      level.smoothed_depths += smoothed_moved;
-      contrast.smoothed_depths += cosine * smoothed_moved;
-      shift.smoothed_depths += sine * smoothed_moved;
+      const OfShape by_depths{.depths = moved * of_depths, .smoothed_depths = smoothed_moved};
+      level.add_shape(1.0, by_depths);
+      contrast.add_shape(cosine, by_depths);
+      shift.add_shape(sine, by_depths);
       if (n_images > 0) weights.row(static_cast<Eigen::Index>(k)).tail<2>() << cosine, sine;
     }
     if (values == 0) return;

@@ -14,6 +14,11 @@ constexpr double kMost = 0.5;  ///< of what regions differ by
 constexpr double kMuchMore = 16.0;
 constexpr double kSmallWindow = 2.5;  ///< px: smaller ones leave hardly a quadratic, and most of the noise
 
+/// Returns whether a row fails by something else than coverage or smoothing.
+bool fails_otherwise(const ExplainedRow& row) {
+  return row.state == kNotExplained && row.quantity != "coverage" && !is_smoothed(row);
+}
+
 }  // namespace
 
 bool is_smoothed(const ExplainedRow& row) {
@@ -25,19 +30,17 @@ bool doubt_smoothing(const ShapeNoise* noise, std::vector<ExplainedRow>& rows,
                      std::vector<std::string>& warnings) {
   if (!noise || std::ranges::none_of(rows, is_smoothed)) return false;
   const double radius_px = noise->surface.radius_px;
-  const bool can_be_smaller = radius_px > kSmallWindow,
-             is_all = std::ranges::all_of(rows, [](const ExplainedRow&row) {
-               return row.state != kNotExplained || row.quantity == "coverage" || is_smoothed(row);
-             });
+  const bool can_be_smaller = radius_px > kSmallWindow, is_all = std::ranges::none_of(rows, fails_otherwise);
   for (ExplainedRow& row : rows) {
     if (!is_smoothed(row)) continue;
-    row.worsen(kNotExplained,
-               fmt::format("{:.0f} % of what regions differ by beside noise goes with what the windows of "
-                           "the measured shape "
-                           "({:.2g} px) smooth away of its form, as windows of another size tell it: {}",
-                           100.0 * row.smoothed_fraction, radius_px,
-                           can_be_smaller ? "measure it with smaller ones (smoothing_px, most_smoothing_px)"
-                                          : "what is finer than they tell, a factor per pixel takes"));
+    row.worsen(
+        kNotExplained,
+        fmt::format(
+            "{:.0f} % of what regions differ by beside noise goes with what the windows of "
+            "the measured shape ({:.2g} px) smooth away of its form, as windows of another size tell it: {}",
+            100.0 * row.smoothed_fraction, radius_px,
+            can_be_smaller ? "measure it with smaller ones (smoothing_px, most_smoothing_px)"
+                           : "what is finer than they tell, a factor per pixel takes"));
   }
   if (!is_all || !can_be_smaller) return false;
   warnings.emplace_back(
