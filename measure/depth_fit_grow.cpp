@@ -17,9 +17,11 @@
 namespace fringetwin::measure {
 namespace {
 
-constexpr int kTile = 128;              ///< px: side of what one thread works on
-constexpr double kGrowth = 1.41;        ///< of the radius from one window to the next
-constexpr double kAgree = 3.0;          ///< standard errors: intervals of so much must meet
+constexpr int kTile = 128;        ///< px: side of what one thread works on
+constexpr double kGrowth = 1.41;  ///< of the radius from one window to the next
+/// Standard errors: intervals of so much must meet. Of 1.5, 2 and 3 windows by 2 predict steps of a real
+/// relief best that its shape was not built from (docs/metrics/measure.md).
+constexpr double kAgree = 2.0;
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
 constexpr double kHalfKnown = 0.5;      ///< the same, of one that is held against another
 /// Inverse depths above the least of a tile as whole numbers below 2^28, weights below 2^8: times the square
