@@ -19,8 +19,8 @@ namespace {
 
 constexpr int kTile = 128;        ///< px: side of what one thread works on
 constexpr double kGrowth = 1.41;  ///< of the radius from one window to the next
-/// Standard errors: intervals of so much must meet. Of 1.5, 2 and 3 windows by 2 predict steps of a real
-/// relief best that its shape was not built from (docs/metrics/measure.md).
+/// Standard errors: intervals of so much must meet. Of 1.5, 2 and 3 it is 2 whose windows predict best what
+/// steps of a real relief show that its shape was not built from (datasets/README.md).
 constexpr double kAgree = 2.0;
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
 constexpr double kHalfKnown = 0.5;      ///< the same, of one that is held against another
@@ -256,6 +256,22 @@ void for_fitted_pixels(const InverseDepths& depths, const Image<DepthFit>& fits,
   }
 }
 
+constexpr std::uint8_t kNoWindow = 255;
+
+/// Returns the median of how often the windows of a pixel and of those around it have grown. A window that
+/// its noise alone has stopped is small and holds much of that noise; most of its neighbours go on.
+int median_around(const Image<std::uint8_t>& steps, int x, int y) {
+  constexpr int kReach = 2;
+  std::array<int, 32> counts{};
+  int n = 0;
+  for (int v = std::max(0, y - kReach); v <= std::min(steps.height - 1, y + kReach); ++v)
+    for (int u = std::max(0, x - kReach); u <= std::min(steps.width - 1, x + kReach); ++u)
+      if (steps(u, v) != kNoWindow) ++counts[steps(u, v)], ++n;
+  int median = 0;
+  for (int below = counts[0]; 2 * below < n; below += counts[static_cast<std::size_t>(median)]) ++median;
+  return median;
+}
+
 /// Returns the radius of the window that a fit is held against, whole px; 0: none.
 int other_radius_px(const DepthFit& fit, double smoothing_px) {
   constexpr double kLeast = 2.0;  // that tells a quadratic
@@ -303,16 +319,24 @@ void grow_windows(const InverseDepths& depths, double smoothing_px, double most_
   for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth)
     discs.emplace_back(static_cast<int>(std::lround(std::min(r, most_smoothing_px))));
   if (discs.empty()) return;
+  Image<std::uint8_t> steps(fits.width, fits.height, kNoWindow);
   for_fitted_pixels(depths, fits, discs.back().radius, [&](const Tile& tile, int x, int y) {
-    DepthFit& best = fits(x, y);
     const double variance = depths.variance(x, y);
     Allowed allowed;
-    allowed.narrow(best, variance);
+    allowed.narrow(fits(x, y), variance);
+    std::uint8_t& grown = steps(x, y) = 0;
     for (const Disc& disc : discs) {
       const DepthFit fit = fit_disc(tile, x, y, disc, kKnownFraction, variance);
       if (!fit.known() || !allowed.narrow(fit, variance)) break;
-      best = fit;
+      ++grown;
     }
+  });
+  for_fitted_pixels(depths, fits, discs.back().radius, [&](const Tile& tile, int x, int y) {
+    DepthFit fit;
+    for (int grown = median_around(steps, x, y); grown > 0 && !fit.known(); --grown)
+      fit = fit_disc(tile, x, y, discs[static_cast<std::size_t>(grown - 1)], kKnownFraction,
+                     depths.variance(x, y));
+    if (fit.known()) fits(x, y) = fit;
   });
 }
 

@@ -89,10 +89,11 @@ TEST(DepthFit, WindowsGrowWhereTheSurfaceIsAQuadratic) {
   std::printf("depth fit: slopes' variance %.2e -> %.2e (said %.2e), radius %.1f px\n", small.slope,
               large.slope, large.said_slope, large.radius_px);
   EXPECT_GT(large.radius_px, 12.0);
-  // a radius of 16 for 4 leaves 1/256 of the variance; windows that stop early by chance leave more
-  EXPECT_LT(large.slope, small.slope / 20.0);
-  // a window is chosen by the noise in it, which is then not quite what it says: half as much again was seen
-  EXPECT_NEAR(large.slope / large.said_slope, 1.0, 0.6);
+  // a radius of 16 for 4 leaves 1/256 of the variance; where many windows stop early by chance more is left
+  EXPECT_LT(large.slope, small.slope / 128.0);
+  // 2 draws of 80 x 80 pixels hold 16 windows, whose variance has a standard error of 0.35; seen 0.11. Where
+  // each window is as large as its own noise lets it grow, the quotient is 2.6.
+  EXPECT_NEAR(large.slope / large.said_slope, 1.0, 0.5);
 }
 
 TEST(DepthFit, StepsAndCreasesStayWhereTheyAre) {
