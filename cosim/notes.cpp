@@ -20,6 +20,13 @@ bool is_published_result(const Object& object, const PublishedFit& fit) {
          radius->second == sphere->radius_mm;
 }
 
+/// Returns the radius of the windows that a shape is fitted in, or the range of it.
+std::string windows_text(const MeasuredShape& shape) {
+  return shape.most_smoothing_px > shape.smoothing_px
+             ? fmt::format("{:g} to {:g} px", shape.smoothing_px, shape.most_smoothing_px)
+             : fmt::format("{:g} px", shape.smoothing_px);
+}
+
 }  // namespace
 
 std::string measured_shape_note(const Twin& twin, const std::vector<int>& compared_steps) {
@@ -32,12 +39,12 @@ std::string measured_shape_note(const Twin& twin, const std::vector<int>& compar
           "phase by construction: only the gray levels are evidence here.",
           object.name);
     return fmt::format(
-        "The object \"{}\" was built from the {} phase steps of this same capture (smoothed over {:g} px) "
+        "The object \"{}\" was built from the {} phase steps of this same capture (smoothed over {}) "
         "and is compared with the other steps ({}). This can show photometric errors (gain, response, noise, "
         "reflectivity), phase noise, harmonics and errors of the rendering chain. It cannot show errors of "
         "the calibration or of the shape that are common to all steps: those moved the object along with the "
         "images. {}",
-        object.name, measured->steps, measured->smoothing_px, fmt::join(compared_steps, ", "),
+        object.name, measured->steps, windows_text(*measured), fmt::join(compared_steps, ", "),
         measured->correct_fringes
             ? "Light that differs from image to image and the harmonics of the fringes, as all steps tell "
               "them together, were taken out of the images before the object was built."

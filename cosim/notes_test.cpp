@@ -26,6 +26,14 @@ TEST(MeasuredShapeNote, SaysWhatTheObjectIsBuiltFromAndWhatIsCompared) {
   EXPECT_THAT(note, Not(HasSubstr("by construction")));
 }
 
+TEST(MeasuredShapeNote, SaysHowFarWindowsGrow) {
+  Twin twin = with_measured_shape();
+  std::get<MeasuredShape>(twin.objects.back().shape).most_smoothing_px = 16.0;
+  EXPECT_THAT(measured_shape_note(twin, {0}), HasSubstr("(smoothed over 2.5 to 16 px)"));
+  std::get<MeasuredShape>(twin.objects.back().shape).most_smoothing_px = 2.0;
+  EXPECT_THAT(measured_shape_note(twin, {0}), HasSubstr("(smoothed over 2.5 px)"));
+}
+
 TEST(MeasuredShapeNote, SaysThatItsPhaseAgreesWhereNoStepIsLeft) {
   const std::string note = measured_shape_note(with_measured_shape(), {});
   EXPECT_THAT(note, AllOf(HasSubstr("The object \"part\" was built from all phase steps"),
