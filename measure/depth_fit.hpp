@@ -52,10 +52,10 @@ std::vector<WindowOffset> window_of(double radius_px);
 /// Fits a quadratic, robustly, to the pixels within smoothing_px that lie on the surface of the middle one; a
 /// plane where there are few; a pixel without a depth is filled where most of its window has one. A pixel
 /// counts by one over the variance that the map states of it. With most_smoothing_px > smoothing_px the
-/// window of each pixel then grows up to that radius, as far as the quadratics of all windows agree within
-/// their noise and those of most of the pixels around it do (intersection of confidence intervals: Katkovnik,
-/// Egiazarian and Astola, "Adaptive window size image de-noising based on intersection of confidence
-/// intervals (ICI) rule", J. Math. Imaging and Vision 16, 2002).
+/// window of each pixel then grows up to that radius, as far as the quadratics of most of the pixels
+/// around it agree within their noise, and its own do roughly (intersection of confidence intervals:
+/// Katkovnik, Egiazarian and Astola, "Adaptive window size image de-noising based on intersection of
+/// confidence intervals (ICI) rule", J. Math. Imaging and Vision 16, 2002).
 Image<DepthFit> fit_depths(const DepthMap& map, double smoothing_px, double most_smoothing_px);
 
 /// The inverse depths of a map, and one over the standard error of each.

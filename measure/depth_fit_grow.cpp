@@ -19,9 +19,9 @@ namespace {
 
 constexpr int kTile = 128;        ///< px: side of what one thread works on
 constexpr double kGrowth = 1.41;  ///< of the radius from one window to the next
-/// Standard errors: intervals of so much must meet. Of 1.5, 2 and 3 it is 2 whose windows predict best what
-/// steps of a real relief show that its shape was not built from (datasets/README.md).
-constexpr double kAgree = 2.0;
+/// Standard errors: intervals of so much must meet for a window to count as grown (datasets/README.md has
+/// what others do), and for a pixel to follow its neighbours: beyond that its windows hold another surface.
+constexpr double kAgree = 2.0, kFollow = 3.0;
 constexpr double kKnownFraction = 0.7;  ///< of a window that must be measured
 constexpr double kHalfKnown = 0.5;      ///< the same, of one that is held against another
 /// Inverse depths above the least of a tile as whole numbers below 2^28, weights below 2^8: times the square
@@ -213,9 +213,11 @@ struct Interval {
 /// What a pixel's windows allow its depth and slopes to be.
 struct Allowed {
   Interval depth, slope_x, slope_y;
-  bool narrow(const DepthFit& fit, double variance) {
+  /// Returns whether something is left after these standard errors around the numbers of a fit are allowed
+  /// only.
+  bool narrow(const DepthFit& fit, double variance, double standard_errors) {
     const auto width = [&](float of_fit) {
-      return kAgree * std::sqrt(static_cast<double>(of_fit) * variance);
+      return standard_errors * std::sqrt(static_cast<double>(of_fit) * variance);
     };
     const bool depth_left = depth.narrow(fit.inverse_depth, width(fit.leverage)),
                x_left = slope_x.narrow(fit.slope_x, width(fit.slope_xx)),
@@ -224,7 +226,7 @@ struct Allowed {
   }
 };
 
-/// Returns the same of a disc around a pixel; unknown where less than a share of it is measured.
+/// Returns the fit to a disc around a pixel; unknown where less than a share of it is measured.
 DepthFit fit_disc(const Tile& tile, int x, int y, const Disc& disc, double least_known,
                   double over_variance) {
   const WindowSums sums = tile.window(x, y, disc);
@@ -256,17 +258,40 @@ void for_fitted_pixels(const InverseDepths& depths, const Image<DepthFit>& fits,
   }
 }
 
-constexpr std::uint8_t kNoWindow = 255;
+/// A fit, and how often its window has grown from the first.
+struct Grown {
+  DepthFit fit;
+  std::uint8_t times = 0;
+};
 
-/// Returns the median of how often the windows of a pixel and of those around it have grown. A window that
-/// its noise alone has stopped is small and holds much of that noise; most of its neighbours go on.
-int median_around(const Image<std::uint8_t>& steps, int x, int y) {
+/// Lets the window of a pixel grow over these discs, so often at most, while intervals of these standard
+/// errors meet and enough is measured.
+Grown grow(const Tile& tile, int x, int y, const DepthFit& first, const std::vector<Disc>& discs,
+           int most_times, double standard_errors, double variance) {
+  Grown grown{.fit = first};
+  Allowed allowed;
+  allowed.narrow(first, variance, standard_errors);
+  while (grown.times < most_times) {
+    const DepthFit fit = fit_disc(tile, x, y, discs[grown.times], kKnownFraction, variance);
+    if (!fit.known() || !allowed.narrow(fit, variance, standard_errors)) break;
+    grown.fit = fit;
+    ++grown.times;
+  }
+  return grown;
+}
+
+constexpr std::uint8_t kNotFitted = 255;
+
+/// Returns the median of how often the windows of the fitted pixels around one have grown, itself among them
+/// (the lower of two). A window that its noise alone has stopped is small and holds much of that noise; most
+/// of its neighbours go on.
+int lower_median_around(const Image<std::uint8_t>& growths, int x, int y) {
   constexpr int kReach = 2;
-  std::array<int, 32> counts{};
+  std::array<int, kNotFitted> counts{};
   int n = 0;
-  for (int v = std::max(0, y - kReach); v <= std::min(steps.height - 1, y + kReach); ++v)
-    for (int u = std::max(0, x - kReach); u <= std::min(steps.width - 1, x + kReach); ++u)
-      if (steps(u, v) != kNoWindow) ++counts[steps(u, v)], ++n;
+  for (int v = std::max(0, y - kReach); v <= std::min(growths.height - 1, y + kReach); ++v)
+    for (int u = std::max(0, x - kReach); u <= std::min(growths.width - 1, x + kReach); ++u)
+      if (growths(u, v) != kNotFitted) ++counts[growths(u, v)], ++n;
   int median = 0;
   for (int below = counts[0]; 2 * below < n; below += counts[static_cast<std::size_t>(median)]) ++median;
   return median;
@@ -319,24 +344,15 @@ void grow_windows(const InverseDepths& depths, double smoothing_px, double most_
   for (double r = std::max(2.0, smoothing_px * kGrowth); r <= most_smoothing_px + 0.5; r *= kGrowth)
     discs.emplace_back(static_cast<int>(std::lround(std::min(r, most_smoothing_px))));
   if (discs.empty()) return;
-  Image<std::uint8_t> steps(fits.width, fits.height, kNoWindow);
+  const int most_times = static_cast<int>(discs.size());
+  Image<std::uint8_t> growths(fits.width, fits.height, kNotFitted);
   for_fitted_pixels(depths, fits, discs.back().radius, [&](const Tile& tile, int x, int y) {
-    const double variance = depths.variance(x, y);
-    Allowed allowed;
-    allowed.narrow(fits(x, y), variance);
-    std::uint8_t& grown = steps(x, y) = 0;
-    for (const Disc& disc : discs) {
-      const DepthFit fit = fit_disc(tile, x, y, disc, kKnownFraction, variance);
-      if (!fit.known() || !allowed.narrow(fit, variance)) break;
-      ++grown;
-    }
+    growths(x, y) = grow(tile, x, y, fits(x, y), discs, most_times, kAgree, depths.variance(x, y)).times;
   });
   for_fitted_pixels(depths, fits, discs.back().radius, [&](const Tile& tile, int x, int y) {
-    DepthFit fit;
-    for (int grown = median_around(steps, x, y); grown > 0 && !fit.known(); --grown)
-      fit = fit_disc(tile, x, y, discs[static_cast<std::size_t>(grown - 1)], kKnownFraction,
-                     depths.variance(x, y));
-    if (fit.known()) fits(x, y) = fit;
+    fits(x, y) = grow(tile, x, y, fits(x, y), discs, lower_median_around(growths, x, y), kFollow,
+                      depths.variance(x, y))
+                     .fit;
   });
 }
 
@@ -351,7 +367,8 @@ Image<DepthFit> other_fits(const DepthMap& map, double smoothing_px, const Image
   const StepsOfMap steps(map);
   for_fitted_pixels(depths, fits, reach, [&](const Tile& tile, int x, int y) {
     const int radius = other_radius_px(fits(x, y), smoothing_px);
-    if (radius == 0 || steps.any_around(x, y, radius)) return;
+    if (radius == 0 || steps.any_around(x, y, std::max(radius, static_cast<int>(fits(x, y).radius_px))))
+      return;
     const Disc& disc = discs[static_cast<std::size_t>(radius)];
     const DepthFit fit = fit_disc(tile, x, y, disc, kHalfKnown, depths.variance(x, y));
     if (fit.known() && fit.inverse_depth > 0.0) out(x, y) = fit;
