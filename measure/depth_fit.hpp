@@ -72,10 +72,10 @@ struct InverseDepths {
 };
 
 /// Returns what windows 1.41 times as wide as those of the fits tell: what differs beyond the noise of both
-/// is what the windows smooth away, since bias grows with the window. A window that grew beyond smoothing_px
-/// stopped where a wider one tells another surface, which says nothing of it: it has one as much narrower.
-/// Unknown where a window tells no quadratic, where half of the other one is missing, or where that reaches a
-/// step of the map.
+/// is what the windows smooth away, since bias grows with the window. Most windows that grew beyond
+/// smoothing_px stopped where a wider one tells another surface, which says nothing of them: such a window
+/// has one as much narrower. Unknown where a window tells no quadratic, where half of the other one is
+/// missing, or where one of them reaches a step of the map.
 Image<DepthFit> other_fits(const DepthMap& map, double smoothing_px, const Image<DepthFit>& fits);
 
 /// Lets windows grow as fit_depths() says, from what is fitted with smoothing_px.

@@ -140,7 +140,7 @@ double errors_at(const Draws& draws, int x, int y) {
 
 // Neighbours further from the corner of a step, or from a pixel that is far off, have larger windows: a pixel
 // follows them as far as its own windows agree within three standard errors, to which its noise adds. Where
-// it took the neighbours' windows unseen, it was off by 20 to 130.
+// it took the neighbours' windows unseen, it was off by 17 to 46.
 TEST(DepthFit, WindowsOfNeighboursReachAcrossNoCornerOrOutlier) {
   constexpr double kOther = 4e-5;  // 200 times the noise
   const Draws corners = draws_of([](int x, int y) { return x >= 64 && y >= 64 ? kOther : 0.0; });
